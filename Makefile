@@ -1,0 +1,47 @@
+# Two commands: make run, make test. Every target makes .venv first, from constraints.txt.
+# On Linux the package index's torch brings CUDA along; environment.md says how to get the CPU build:
+#   make setup PIP_FLAGS="--extra-index-url https://download.pytorch.org/whl/cpu"
+
+PYTHON ?= python3
+PIP_FLAGS ?=
+BIN := .venv/bin
+STAMP := .venv/.ready
+
+.PHONY: setup run test lab lint notebooks clean
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), f"Python 3.11 or later is needed, this is {sys.version}"'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet $(PIP_FLAGS) --constraint constraints.txt --editable ".[notebooks,test]"
+	touch $@
+
+# Train EMRLD-WS live, adapt it to unseen goals, and show notebook 06 as a page.
+run: setup
+	rm -rf build/run
+	$(BIN)/python -m emrld_lite train --env point2d --algorithm emrld-ws --demos optimal --seed 0 --iterations 150 --stop-at-return 70 --out build/run
+	$(BIN)/python -m emrld_lite evaluate --run build/run --tasks 20 --steps 3 --seed 0 --out build/unseen-goals.csv
+	$(BIN)/python notebooks/build.py --page 06 --out build
+	@echo "open build/06_emrld.html"
+
+# Lint, unit and property tests, drift check, then every notebook run again and compared.
+test: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/python notebooks/build.py --check
+	$(BIN)/python -m pytest tests notebooks --nbval --nbval-sanitize-with tests/nbval_sanitize.cfg
+
+lab: setup
+	$(BIN)/jupyter lab notebooks
+
+lint: setup
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+# Run every notebook from its source and write the outputs and the student versions.
+notebooks: setup
+	$(BIN)/python notebooks/build.py
+
+clean:
+	rm -rf build .pytest_cache .ruff_cache .hypothesis

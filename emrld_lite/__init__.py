@@ -1,0 +1,14 @@
+"""EMRLD in one sitting: meta reinforcement learning with demonstrations, small enough to read.
+
+Read the modules in the order the data flows through them::
+
+    envs -> policy -> rollout -> advantage -> losses -> adapt -> trpo -> algorithms -> train
+
+and then what surrounds the loop: ``demonstrations``, ``expert``, ``evaluate``, ``runs``, ``plots``.
+Tensor axes are always ``(task, episode, time, dim)``, in this order.
+
+The paper is Rengarajan, Chaudhary, Kim, Kalathil and Shakkottai, "Enhanced Meta Reinforcement
+Learning using Demonstrations in Sparse Reward Environments", NeurIPS 2022.
+"""
+
+__version__ = "0.1.0"

@@ -1,0 +1,251 @@
+"""The command line: ``python -m emrld_lite --help``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import torch
+import tyro
+from tqdm import tqdm
+
+from . import bench as benchmark
+from . import demonstrations as demonstration_files
+from . import expert as experts
+from . import runs, storage
+from .envs import make
+from .evaluate import AdaptationCurve, adaptation_curve, steps_to_goal
+from .rollout import Rollout, episode_returns
+from .train import Iterate, TrainConfig
+from .validation import InputError, known, positive_count
+
+DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
+
+demos makes demonstrations, train meta-trains on them and stores the run, evaluate adapts a stored
+run to unseen tasks, bench measures the cost. Every command explains its options with --help."""
+DEVICES = ("cpu", "cuda")
+INTERRUPTED = 130  # the shell's exit code for Ctrl-C
+EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
+
+
+def demos(env: str, quality: str, out: Path, seed: int = 0, expert_out: Path | None = None) -> None:
+    """Train a goal-conditioned expert and write one demonstration a training task.
+
+    Args:
+        env: environment, such as point2d
+        quality: optimal, or suboptimal (partly trained, noisy, cut short of the reward)
+        out: demonstration file to write, .npz
+        seed: seed of the expert and of the demonstrations
+        expert_out: where to keep the expert's policy too, .safetensors
+    """
+    config = experts.ExpertConfig(env=env, seed=seed)
+    known("quality", quality, demonstration_files.QUALITIES)
+    _refuse_suffix(out, ".npz")
+    with tqdm(total=config.iterations, unit="iteration", desc=f"expert {env} {quality}") as bar:
+        for iterate in experts.train_to_quality(config, quality):
+            bar.set_postfix_str(f"success {iterate.success:.2f}")
+            bar.update()
+    tasks = make(env).training_tasks()
+    made = experts.demonstrate(iterate.params, env, tasks, quality, seed)
+    demonstration_files.save(out, made)
+    if expert_out is not None:
+        experts.save_expert(expert_out, iterate.params, config, quality)
+    print(f"{out}: {len(tasks)} {quality} demonstrations. {made.maker}")
+
+
+def train(
+    config: tyro.conf.OmitArgPrefixes[TrainConfig],
+    out: Path,
+    resume: bool = False,
+    threads: int = runs.DEFAULT_THREADS,
+    device: str = "cpu",
+) -> None:
+    """Meta-train and store the run: config.json, curve.csv, policy.safetensors, provenance.json.
+
+    Args:
+        config: everything that decides the run
+        out: folder of the run
+        resume: go on with a run that was stopped or killed
+        threads: CPU threads
+        device: cpu or cuda
+    """
+    torch.set_num_threads(positive_count("threads", threads))
+    _check_device(device)
+    last: Iterate | None = None
+    with tqdm(total=config.iterations, unit="iteration", desc=config.algorithm) as bar:
+
+        def show(iterate: Iterate) -> None:
+            nonlocal last
+            last = iterate
+            bar.n = iterate.record.iteration + 1
+            bar.set_postfix_str(f"return {iterate.record.return_after:.1f}")
+
+        try:
+            run = runs.train_run(config, out, resume, device, show)
+        except KeyboardInterrupt:
+            bar.close()
+            print(f"stopped; {out} is whole: go on with the same command and --resume")
+            sys.exit(INTERRUPTED)
+    _print_run(out, run, last)
+
+
+def evaluate(
+    run: Path,
+    out: Path,
+    tasks: int = 20,
+    steps: int = 3,
+    episodes: int = 20,
+    seed: int = 0,
+    demos: str | None = None,
+) -> None:
+    """Adapt a stored meta-policy to unseen tasks, one demonstration each, fresh rollouts a step.
+
+    Args:
+        run: folder of a stored run
+        out: table to write, .csv: task, goal, step, return, success, steps_to_goal
+        tasks: number of unseen tasks
+        steps: adaptation steps; the table has steps 0 (the meta-policy) to this
+        episodes: episodes a task and step
+        seed: seed of the tasks and of every draw
+        demos: a demonstration file with test tasks; by default the workbook's expert makes them
+    """
+    _refuse_suffix(out, ".csv")
+    positive_count("tasks", tasks)
+    stored = runs.load_run(run)
+    environment = stored.config.environment()
+    quality = demonstration_files.find(stored.config.demos, stored.config.env).quality
+    if demos is None:
+        random = np.random.default_rng(positive_count("seed", seed, minimum=0))
+        unseen = environment.sample_tasks(tasks, random)
+        expert = experts.load_or_train_expert(stored.config.env, quality)
+        demonstrations = experts.demonstrate(expert, stored.config.env, unseen, quality, seed)
+    else:
+        demonstrations = demonstration_files.load(Path(demos), stored.config.env)
+    curve = adaptation_curve(
+        environment,
+        stored.meta_params,
+        demonstrations,
+        stored.config.adaptation(quality),
+        steps,
+        episodes,
+        torch.Generator().manual_seed(seed),
+        stored.config.discount,
+        stored.config.gae_lambda,
+    )
+    storage.write_csv(out, EVALUATION_COLUMNS, _evaluation_rows(demonstrations.tasks, curve))
+    _print_evaluation(stored, curve, demonstrations.tasks)
+    print(f"{out}: every task and step")
+
+
+def bench(
+    iterations: int = 5,
+    threads: int = runs.DEFAULT_THREADS,
+    tasks: tuple[int, ...] = (12, 24, 48, 96),
+) -> None:
+    """Measure seconds a meta-iteration by part, environment steps a second, memory, and growth.
+
+    Args:
+        iterations: meta-iterations to time, at full-length episodes
+        threads: CPU threads
+        tasks: numbers of tasks for the growth
+    """
+    torch.set_num_threads(positive_count("threads", threads))
+    benchmark.report(positive_count("iterations", iterations), tasks)
+
+
+def _check_device(device: str) -> None:
+    known("device", device, DEVICES)
+    if device == "cuda" and not torch.cuda.is_available():
+        raise InputError("device: expected cpu, since torch finds no CUDA device here; got 'cuda'")
+
+
+def _refuse_suffix(path: Path, suffix: str) -> None:
+    if path.suffix != suffix:
+        raise InputError(f"out: expected a file name ending in {suffix}, got {str(path)!r}")
+
+
+def _print_run(out: Path, run: runs.Run, last: Iterate | None) -> None:
+    """Print how the run went, and the last iteration's return on every training task."""
+    if last is None:
+        print(f"{out}: already complete, {len(run.curve)} iterations")
+        return
+    goals = demonstration_files.find(run.config.demos, run.config.env).tasks
+    print(_table("training tasks, last iteration", goals, last.before, last.after))
+    record = run.curve[-1]
+    idle = [row.note for row in run.curve if row.note]
+    print(
+        f"{out}: {len(run.curve)} iterations, {record.seconds:.1f} s, mean return "
+        f"{record.return_before:.1f} before adaptation, {record.return_after:.1f} after; "
+        f"{len(idle)} iterations without an update"
+    )
+    for note in sorted(set(idle)):
+        print(f"  {idle.count(note)} x {note}")
+
+
+def _table(title: str, tasks: torch.Tensor, before: Rollout, after: Rollout) -> str:
+    """Return a text table, a row a task: return before and after adaptation, and success after."""
+    lines = [f"{title:>30} {'before':>9} {'after':>9} {'success':>9}"]
+    returns = (episode_returns(before).mean(-1), episode_returns(after).mean(-1))
+    success = after.success.float().mean(-1)
+    for task in range(len(tasks)):
+        name = f"{task}  {_words(tasks[task])}"
+        lines.append(
+            f"{name:>30} {returns[0][task]:9.1f} {returns[1][task]:9.1f} {success[task]:9.2f}"
+        )
+    means = " ".join(f"{values.mean():9.1f}" for values in returns)
+    lines.append(f"{'mean':>30} {means} {success.mean():9.2f}")
+    return "\n".join(lines)
+
+
+def _words(task: torch.Tensor) -> str:
+    return "(" + ", ".join(f"{value:.2f}" for value in task.tolist()) + ")"
+
+
+def _evaluation_rows(tasks: torch.Tensor, curve: AdaptationCurve) -> list[list[str]]:
+    """Return the rows of the evaluation table, a row a task and step."""
+    rows = []
+    for step, rollout in enumerate(curve.rollouts):
+        returns = episode_returns(rollout).mean(-1)
+        success = rollout.success.float().mean(-1)
+        lengths = steps_to_goal(rollout)
+        for task in range(len(tasks)):
+            numbers = (float(values[task]) for values in (returns, success, lengths))
+            goal = " ".join(repr(value) for value in tasks[task].tolist())
+            rows.append([str(task), goal, str(step), *(repr(number) for number in numbers)])
+    return rows
+
+
+def _print_evaluation(stored: runs.Run, curve: AdaptationCurve, tasks: torch.Tensor) -> None:
+    """Print the unseen tasks' returns before and after one step, and the mean after each step."""
+    if len(curve.rollouts) > 1:
+        print(_table("unseen tasks, one step", tasks, curve.rollouts[0], curve.rollouts[1]))
+    for step, rollout in enumerate(curve.rollouts):
+        returns = episode_returns(rollout).mean(-1)
+        print(
+            f"after {step} steps: mean return {returns.mean():.1f} (tasks {returns.min():.1f} to "
+            f"{returns.max():.1f}), success {rollout.success.float().mean():.2f}"
+        )
+    if stored.curve:
+        trained = stored.curve[-1].return_after
+        print(f"training tasks, last iteration: mean return {trained:.1f} after one step")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; a refused input or an unwritable file exits with 2 and one line."""
+    commands = {"demos": demos, "train": train, "evaluate": evaluate, "bench": bench}
+    try:
+        tyro.extras.subcommand_cli_from_dict(
+            commands,
+            prog="python -m emrld_lite",
+            description=DESCRIPTION,
+            args=arguments,
+            config=(tyro.conf.FlagCreatePairsOff,),
+        )
+    except (InputError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,108 @@
+"""Task adaptation, equation (adapt_rl_bc): one gradient step from the meta-policy to every task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+
+from .demonstrations import Demonstrations
+from .losses import bc_loss, rl_loss
+from .policy import Params, detach, per_task
+from .rollout import Rollout
+from .validation import InputError, known, real_number
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """The numbers in equation (adapt_rl_bc); raises InputError for one that cannot be used."""
+
+    w_rl: float
+    """Weight of the RL loss."""
+    w_bc: float
+    """Weight of the behaviour-cloning loss."""
+    warm_start: bool = False
+    """Whether one cloning step comes first (EMRLD-WS)."""
+    adapt_lr: float = 0.01
+    """alpha, the step length (Table 2)."""
+    bc_reduction: str = "mean"
+    """"mean" over the demonstration's steps (released code) or their "sum" (paper)."""
+
+    def __post_init__(self) -> None:
+        real_number("w_rl", self.w_rl, minimum=0.0)
+        real_number("w_bc", self.w_bc, minimum=0.0)
+        real_number("adapt_lr", self.adapt_lr, minimum=0.0)
+        known("bc_reduction", self.bc_reduction, ("mean", "sum"))
+        if self.w_rl == 0.0 and self.w_bc == 0.0:
+            raise InputError("w_rl and w_bc: expected one of them above 0, got 0 for both")
+
+
+def gradient_step(
+    loss: Callable[[Params], torch.Tensor], params: Params, learning_rate: float, keep_graph: bool
+) -> Params:
+    """Return params - learning_rate * gradient of ``loss``, for every task at once.
+
+    ``loss`` maps ``task_params`` to one number a task, (task,). With ``keep_graph`` the result can
+    be differentiated with respect to ``params``, second-order terms included; without it the
+    result is cut from its history.
+    """
+    if not keep_graph:
+        params = detach(params, requires_grad=True)
+    with torch.enable_grad():
+        gradients = torch.autograd.grad(
+            loss(params).sum(), list(params.values()), create_graph=keep_graph
+        )
+    stepped = {
+        name: value - learning_rate * gradient
+        for (name, value), gradient in zip(params.items(), gradients, strict=True)
+    }
+    return stepped if keep_graph else detach(stepped)
+
+
+def warm_start(
+    params: Params,
+    demonstrations: Demonstrations,
+    adaptation: Adaptation,
+    keep_graph: bool = False,
+) -> Params:
+    """Return the parameters that collect D^tr: EMRLD-WS's one cloning step, or ``params`` unchanged.
+
+    Section 3, last paragraph: theta~ = theta - alpha grad L^BC.
+    """
+    if not adaptation.warm_start:
+        return params
+
+    def loss(task_params: Params) -> torch.Tensor:
+        return bc_loss(task_params, demonstrations, adaptation.bc_reduction)
+
+    start = per_task(params, len(demonstrations.tasks))
+    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph)
+
+
+def adapt(
+    params: Params,
+    rollout: Rollout,
+    demonstrations: Demonstrations,
+    adaptation: Adaptation,
+    keep_graph: bool = False,
+) -> Params:
+    """Return ``task_params``: theta_i = theta - alpha grad(w_rl L^RL_i + w_bc L^BC_i), warm start first.
+
+    ``rollout`` is D^tr with its advantages, collected with ``warm_start(params, ...)``.
+    """
+
+    def loss(task_params: Params) -> torch.Tensor:
+        total = rollout.rewards.new_zeros(len(rollout.rewards))  # (task,)
+        if adaptation.w_rl:
+            total = total + adaptation.w_rl * rl_loss(task_params, rollout)
+        if adaptation.w_bc:
+            total = total + adaptation.w_bc * bc_loss(
+                task_params, demonstrations, adaptation.bc_reduction
+            )
+        return total
+
+    start = per_task(
+        warm_start(params, demonstrations, adaptation, keep_graph), len(rollout.rewards)
+    )
+    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph)

@@ -1,0 +1,207 @@
+"""Demonstrations: one trajectory a task, in a file that a stranger can make.
+
+The file is an ``.npz`` without pickles; ``data/README.md`` documents it for people who bring their
+own recordings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from . import storage
+from .envs import Environment, make
+from .validation import InputError, known
+
+QUALITIES = ("optimal", "suboptimal")
+ARRAYS = ("tasks", "states", "actions", "lengths", "environment", "quality", "maker", "seed")
+SHIPPED = Path(__file__).resolve().parent.parent / "data" / "demonstrations"
+
+
+@dataclass(frozen=True)
+class Demonstrations:
+    """D^dem: one trajectory a task. Raises InputError for data that could not have come from one.
+
+    ============ ========================== ==============================================
+    Symbol       Shape                      Description
+    ============ ========================== ==============================================
+    tasks        (task, task_dim)           parameters of each task, such as its goal
+    states       (task, 1, time, state)     states; zero after the trajectory's end
+    actions      (task, 1, time, action)    actions in the policy's units, before scaling
+    mask         (task, 1, time)            1 where the trajectory has a step
+    ============ ========================== ==============================================
+    """
+
+    tasks: torch.Tensor
+    states: torch.Tensor
+    actions: torch.Tensor
+    mask: torch.Tensor
+    environment: str
+    """Name of the environment, such as "point2d"."""
+    quality: str
+    """"optimal" or "suboptimal"; decides the default of w_rl."""
+    maker: str = "unknown"
+    """Who or what made the data."""
+    seed: int = 0
+    """Seed it was made with."""
+
+    def lengths(self) -> torch.Tensor:
+        """Return the number of steps of each trajectory, (task,)."""
+        return self.mask.sum((1, 2)).long()
+
+    def map(self, change: Callable[[torch.Tensor], torch.Tensor]) -> Demonstrations:
+        """Return the same demonstrations with ``change`` applied to every tensor."""
+        tensors = ("tasks", "states", "actions", "mask")
+        return replace(self, **{name: change(getattr(self, name)) for name in tensors})
+
+    def take(self, tasks: slice) -> Demonstrations:
+        """Return the demonstrations of some tasks."""
+        return self.map(lambda values: values[tasks])
+
+    def to(self, device: str) -> Demonstrations:
+        """Return the same data on ``device``."""
+        return self.map(lambda values: values.to(device))
+
+
+def from_arrays(
+    tasks: np.ndarray,
+    states: np.ndarray,
+    actions: np.ndarray,
+    lengths: np.ndarray,
+    environment: str,
+    quality: str,
+    maker: str = "unknown",
+    seed: int = 0,
+    source: str = "demonstrations",
+) -> Demonstrations:
+    """Check plain arrays and return them as Demonstrations.
+
+    ``tasks`` is (task, task_dim), ``states`` (task, time, state), ``actions`` (task, time, action),
+    ``lengths`` (task,) whole numbers; what lies after a trajectory's length is ignored. Raises
+    InputError naming ``source``, the field and the task.
+    """
+    family = make(environment)
+    known(f"quality in {source}", quality, QUALITIES)
+    time = _check_shapes(family, tasks, states, actions, lengths, source)
+    steps = np.arange(time)[None] < lengths[:, None]  # (task, time)
+    for field, values in (("states", states), ("actions", actions)):
+        broken = ~np.isfinite(values).all(-1) & steps
+        if broken.any():
+            task, step = (int(index) for index in np.argwhere(broken)[0])
+            raise InputError(
+                f"{source}: {field}: a value that is not finite, task {task}, step {step}"
+            )
+    try:
+        family.check_tasks(torch.from_numpy(tasks.astype(np.float32)))
+    except InputError as error:
+        raise InputError(f"{source}: tasks: {error}") from None
+    mask = torch.from_numpy(steps)
+
+    def kept(values: np.ndarray) -> torch.Tensor:
+        clean = np.where(steps[..., None], values, 0.0).astype(np.float32)
+        return torch.from_numpy(clean)[:, None]  # (task, 1, time, dim)
+
+    return Demonstrations(
+        tasks=torch.from_numpy(tasks.astype(np.float32)),
+        states=kept(states),
+        actions=kept(actions),
+        mask=mask[:, None].float(),
+        environment=environment,
+        quality=quality,
+        maker=str(maker),
+        seed=int(seed),
+    )
+
+
+def _check_shapes(
+    family: Environment,
+    tasks: np.ndarray,
+    states: np.ndarray,
+    actions: np.ndarray,
+    lengths: np.ndarray,
+    source: str,
+) -> int:
+    """Return the longest time if every array is numeric and fits the environment; else raise InputError."""
+    if states.ndim != 3 or 0 in states.shape:
+        raise InputError(f"{source}: states: expected (task, time, state), got {states.shape}")
+    count, time = states.shape[:2]
+    expected = {
+        "tasks": (tasks, (count, family.task_dim)),
+        "states": (states, (count, time, family.state_dim)),
+        "actions": (actions, (count, time, family.action_dim)),
+        "lengths": (lengths, (count,)),
+    }
+    for field, (values, shape) in expected.items():
+        if values.shape != shape:
+            raise InputError(
+                f"{source}: {field}: expected shape {shape} for {family.name}, got {values.shape}"
+            )
+        wanted = np.integer if field == "lengths" else np.floating
+        if not np.issubdtype(values.dtype, wanted):
+            raise InputError(
+                f"{source}: {field}: expected {wanted.__name__} numbers, got dtype {values.dtype}"
+            )
+    wrong = (lengths < 1) | (lengths > time)
+    if wrong.any():
+        task = int(np.argmax(wrong))
+        raise InputError(
+            f"{source}: lengths: expected 1 to {time} steps, got {int(lengths[task])} for task {task}"
+        )
+    return time
+
+
+def save(path: Path, demonstrations: Demonstrations) -> None:
+    """Write the documented file, whole or not at all; the same data make the same bytes."""
+    storage.write_arrays(
+        path,
+        {
+            "tasks": demonstrations.tasks.numpy(),
+            "states": demonstrations.states[:, 0].numpy(),
+            "actions": demonstrations.actions[:, 0].numpy(),
+            "lengths": demonstrations.lengths().numpy(),
+            "environment": np.array(demonstrations.environment),
+            "quality": np.array(demonstrations.quality),
+            "maker": np.array(demonstrations.maker),
+            "seed": np.array(demonstrations.seed),
+        },
+    )
+
+
+def load(path: Path, environment: str | None = None) -> Demonstrations:
+    """Read the documented file; with ``environment``, insist on it.
+
+    Raises InputError for a file that is missing, damaged, foreign, or of another environment.
+    """
+    arrays = storage.read_arrays(path, "demonstration file")
+    missing = [name for name in ARRAYS if name not in arrays]
+    if missing:
+        raise InputError(
+            f"{path}: not a demonstration file: missing {', '.join(missing)}; "
+            f"it holds {', '.join(sorted(arrays)) or 'nothing'}"
+        )
+    words = {name: str(arrays[name]) for name in ("environment", "quality", "maker")}
+    if environment is not None and words["environment"] != environment:
+        raise InputError(
+            f"{path}: environment: expected {environment!r}, got {words['environment']!r}"
+        )
+    if arrays["seed"].shape != () or not np.issubdtype(arrays["seed"].dtype, np.integer):
+        raise InputError(f"{path}: seed: expected one whole number, got {arrays['seed']!r}")
+    return from_arrays(
+        *(arrays[name] for name in ("tasks", "states", "actions", "lengths")),
+        **words,
+        seed=int(arrays["seed"]),
+        source=str(path),
+    )
+
+
+def find(source: str, environment: str) -> Demonstrations:
+    """Return the demonstrations that ``optimal``, ``suboptimal`` or a file name stands for."""
+    if source in QUALITIES:
+        return load(SHIPPED / f"{environment}-{source}.npz", environment)
+    if not source.endswith(".npz"):
+        known("demonstrations (a quality, or a file ending in .npz)", source, QUALITIES)
+    return load(Path(source), environment)

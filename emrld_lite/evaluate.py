@@ -1,0 +1,64 @@
+"""How a meta-policy adapts to tasks it has not seen: fresh rollouts after every step."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import NamedTuple
+
+import torch
+
+from .adapt import Adaptation, adapt, warm_start
+from .advantage import with_advantages
+from .demonstrations import Demonstrations
+from .envs import Environment
+from .policy import Params, per_task
+from .rollout import Rollout, collect
+from .validation import positive_count
+
+
+class AdaptationCurve(NamedTuple):
+    """Rollouts on every task after 0, 1, 2, ... adaptation steps, and the policies that made them."""
+
+    rollouts: list[Rollout]
+    policies: list[Params]
+
+
+def adaptation_curve(
+    environment: Environment,
+    meta_params: Params,
+    demonstrations: Demonstrations,
+    adaptation: Adaptation,
+    steps: int,
+    episodes: int,
+    random: torch.Generator,
+    discount: float = 0.95,
+    gae_lambda: float = 1.0,
+) -> AdaptationCurve:
+    """Adapt to each task of ``demonstrations`` by ``steps`` steps and roll out after each.
+
+    Every step collects the data it adapts on, as at training time, and is followed by fresh
+    rollouts that only measure. The warm start of EMRLD-WS comes once, before the first step. Each
+    task has its own parameters throughout: nothing leaks from one task into the next.
+    """
+    positive_count("steps", steps, minimum=0)
+    positive_count("episodes", episodes)
+    tasks = demonstrations.tasks
+    policy = per_task(meta_params, len(tasks))
+    rollouts = [collect(environment, tasks, policy, episodes, random)]
+    policies = [policy]
+    for _ in range(steps):
+        start = warm_start(policy, demonstrations, adaptation)
+        data = collect(environment, tasks, start, episodes, random)
+        data = with_advantages(data, discount, gae_lambda)
+        policy = adapt(policy, data, demonstrations, adaptation)
+        adaptation = dataclasses.replace(adaptation, warm_start=False)
+        rollouts.append(collect(environment, tasks, policy, episodes, random))
+        policies.append(policy)
+    return AdaptationCurve(rollouts, policies)
+
+
+def steps_to_goal(rollout: Rollout) -> torch.Tensor:
+    """Return the mean steps of each task's successful episodes, (task,); nan where none succeeded."""
+    lengths = rollout.mask.sum(-1)  # (task, episode)
+    reached = rollout.success.float()
+    return (lengths * reached).sum(-1) / reached.sum(-1)

@@ -1,0 +1,112 @@
+"""Rollouts: every episode of every task in one batch, as one NamedTuple."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+
+from .envs import Environment
+from .policy import Params, distribution
+
+
+class Rollout(NamedTuple):
+    """Episodes of a fixed horizon with a mask; after an episode's end everything is zero.
+
+    ========== =============================== ===================================================
+    Symbol     Shape                           Description
+    ========== =============================== ===================================================
+    states     (task, episode, time, state)    state s_t in which the policy acted
+    actions    (task, episode, time, action)   action a_t as the policy drew it, before clipping
+    rewards    (task, episode, time)           reward R_t that followed
+    mask       (task, episode, time)           1 where the step was taken, 0 after the end
+    success    (task, episode), bool           the episode reached its goal
+    advantages (task, episode, time)           estimates of A(s_t, a_t), once they have been made
+    ========== =============================== ===================================================
+    """
+
+    states: torch.Tensor
+    actions: torch.Tensor
+    rewards: torch.Tensor
+    mask: torch.Tensor
+    success: torch.Tensor
+    advantages: torch.Tensor | None = None
+
+
+@torch.no_grad()
+def collect(
+    environment: Environment,
+    tasks: torch.Tensor,
+    params: Params,
+    episodes: int,
+    random: torch.Generator,
+) -> Rollout:
+    """Execute pi_theta on every task (Algorithm 1, lines 6 and 8) and return its episodes.
+
+    ``tasks`` is (task, task_dim); ``params`` is one set for all tasks or one a task; ``random`` is
+    a CPU generator whatever the device, so a GPU draws the same numbers.
+    """
+    shape = (len(tasks), episodes, environment.horizon, environment.action_dim)
+    noise = torch.randn(shape, generator=random).to(tasks.device)
+    states = environment.reset(tasks, episodes)
+    alive = torch.ones(shape[:2], device=tasks.device)
+    success = torch.zeros_like(alive, dtype=torch.bool)
+    steps: list[tuple[torch.Tensor, ...]] = []
+    for time in range(environment.horizon):
+        gaussian = distribution(params, states)
+        actions = gaussian.mean + gaussian.log_sigma.exp() * noise[:, :, time]
+        moved = environment.step(tasks, states, actions, time)
+        here = alive[..., None]
+        steps.append((states * here, actions * here, moved.rewards * alive, alive))
+        success |= moved.success & (alive > 0)
+        alive = alive * ~moved.terminated
+        states = moved.states
+        if not alive.any():
+            break
+    stacked = (torch.stack(parts, dim=2) for parts in zip(*steps, strict=True))
+    return Rollout(*stacked, success)
+
+
+def episode_returns(rollout: Rollout) -> torch.Tensor:
+    """Return the undiscounted sum of rewards of each episode, (task, episode)."""
+    return rollout.rewards.sum(-1)
+
+
+def take(rollout: Rollout, tasks: slice) -> Rollout:
+    """Return the rollouts of some tasks."""
+    return Rollout(*(None if values is None else values[tasks] for values in rollout))
+
+
+def pack(rollout: Rollout) -> Rollout:
+    """Move every task's taken steps to the front and cut the rest, so no work is spent on padding.
+
+    The result has the axes (task, 1, sample, dim): the losses, which are means over the steps of a
+    task, do not change.
+    """
+    taken = rollout.mask.flatten(1)  # (task, sample)
+    longest = int(taken.sum(-1).max())
+    return gather(rollout, taken.argsort(dim=-1, descending=True, stable=True)[:, :longest])
+
+
+def subsample(rollout: Rollout, count: int, random: torch.Generator) -> Rollout:
+    """Draw ``count`` taken steps of every task with replacement, axes (task, 1, sample, dim)."""
+    taken = rollout.mask.flatten(1).cpu()  # (task, sample)
+    chosen = torch.multinomial(taken, count, replacement=True, generator=random)
+    return gather(rollout, chosen.to(rollout.mask.device))
+
+
+def gather(rollout: Rollout, order: torch.Tensor) -> Rollout:
+    """Return the steps at ``order`` (task, sample), indices into the joined episode and time axes."""
+    task = torch.arange(len(order), device=order.device)[:, None]
+
+    def pick(values: torch.Tensor | None) -> torch.Tensor | None:
+        return None if values is None else values.flatten(1, 2)[task, order][:, None]
+
+    return Rollout(
+        states=pick(rollout.states),
+        actions=pick(rollout.actions),
+        rewards=pick(rollout.rewards),
+        mask=pick(rollout.mask),
+        success=rollout.success,
+        advantages=pick(rollout.advantages),
+    )

@@ -1,0 +1,178 @@
+"""Stored runs: a folder that is always whole, resumes where it was killed, and says how it was made."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import torch
+
+from . import demonstrations as demonstration_files
+from . import storage
+from .policy import Params, initialise
+from .train import Iterate, Record, TrainConfig, meta_train
+from .trpo import TrustRegion
+from .validation import InputError, shaped
+
+CHECKPOINT_EVERY = 10  # iterations
+DEFAULT_THREADS = min(2, os.cpu_count() or 1)
+PACKAGES = ("torch", "numpy", "gymnasium")
+SHIPPED = Path(__file__).resolve().parent.parent / "data" / "runs"
+
+
+class Run(NamedTuple):
+    """A stored run: its configuration, one record an iteration, and its last meta-policy."""
+
+    config: TrainConfig
+    curve: tuple[Record, ...]
+    meta_params: Params
+
+
+def train_run(
+    config: TrainConfig,
+    out: Path,
+    resume: bool = False,
+    device: str = "cpu",
+    on_iteration: Callable[[Iterate], None] = lambda iterate: None,
+) -> Run:
+    """Meta-train and keep ``out`` up to date: config.json, curve.csv, policy.safetensors.
+
+    A checkpoint is written every CHECKPOINT_EVERY iterations, at the end, and when the run is
+    interrupted. With ``resume``, a run that was stopped, even killed, goes on from its last
+    checkpoint to the same curve. Raises InputError when ``out`` already holds a run that was not
+    asked to resume, or one of another configuration.
+    """
+    out = Path(out)
+    demonstrations = demonstration_files.find(config.demos, config.env)
+    curve, meta_params = _start(config, out, resume)
+    latest = Run(config, curve, meta_params)
+    try:
+        for iterate in meta_train(config, demonstrations, meta_params, curve, device):
+            latest = Run(config, (*latest.curve, iterate.record), iterate.meta_params)
+            if (iterate.record.iteration + 1) % CHECKPOINT_EVERY == 0:
+                save_checkpoint(out, latest)
+            on_iteration(iterate)
+    finally:
+        if len(latest.curve) > len(curve):
+            save_checkpoint(out, latest)
+    return latest
+
+
+def _start(
+    config: TrainConfig, out: Path, resume: bool
+) -> tuple[tuple[Record, ...], Params | None]:
+    """Prepare ``out``; returns the records and the policy to go on from, or nothing and None."""
+    if not (out / "config.json").exists():
+        if resume:
+            raise InputError(f"{out}: nothing to resume: no config.json there")
+        storage.write_json(out / "config.json", dataclasses.asdict(config))
+        storage.write_json(out / "provenance.json", provenance())
+        return (), None
+    if not resume:
+        raise InputError(f"{out}: already holds a run; choose another folder, or pass --resume")
+    stored = load_config(out)
+    changed = [name for name in _names(config) if getattr(config, name) != getattr(stored, name)]
+    changed = [name for name in changed if name not in ("iterations", "stop_at_return")]
+    if changed:
+        raise InputError(f"{out}: cannot resume with other settings: {', '.join(changed)} differ")
+    storage.write_json(out / "config.json", dataclasses.asdict(config))
+    if not (out / "policy.safetensors").exists():
+        return (), None
+    run = load_run(out)
+    return run.curve, run.meta_params
+
+
+def save_checkpoint(out: Path, run: Run) -> None:
+    """Write the curve, then the policy with its iteration: what is on disk always fits together."""
+    storage.write_csv(Path(out) / "curve.csv", Record._fields, [_cells(row) for row in run.curve])
+    facts = {"iterations": str(len(run.curve)), "environment": run.config.env}
+    storage.write_tensors(Path(out) / "policy.safetensors", run.meta_params, facts)
+
+
+def _cells(record: Record) -> list[str]:
+    """Return a record as text that gives back the same numbers."""
+    return [repr(value) if isinstance(value, float) else str(value) for value in record]
+
+
+def load_run(folder: Path) -> Run:
+    """Read a run; its curve ends with the iteration of its policy. Damage raises InputError."""
+    folder = Path(folder)
+    config = load_config(folder)
+    meta_params, facts = storage.read_tensors(folder / "policy.safetensors", "policy")
+    _check_policy(folder / "policy.safetensors", config, meta_params)
+    curve = load_curve(folder / "curve.csv")
+    iterations = int(facts.get("iterations", "0"))
+    if len(curve) < iterations:
+        raise InputError(
+            f"{folder / 'curve.csv'}: expected at least {iterations} rows, got {len(curve)}"
+        )
+    return Run(config, curve[:iterations], meta_params)
+
+
+def load_config(folder: Path) -> TrainConfig:
+    """Read the configuration of a run; unknown or wrong entries raise InputError."""
+    path = Path(folder) / "config.json"
+    entries = storage.read_json(path, "run configuration")
+    unknown = sorted(set(entries) - set(_names(TrainConfig())))
+    if unknown:
+        raise InputError(f"{path}: unknown entries: {', '.join(unknown)}")
+    try:
+        region = TrustRegion(**entries.pop("trust_region", {}))
+        return TrainConfig(**entries, trust_region=region)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def load_curve(path: Path) -> tuple[Record, ...]:
+    """Read curve.csv; a cell that is no number raises InputError with its line."""
+    rows = storage.read_csv(path, "learning curve", Record._fields)
+    kinds = {"iteration": int, "env_steps": int, "backtracks": int, "note": str}
+    records = []
+    for line, row in enumerate(rows, start=2):
+        try:
+            records.append(Record(**{k: kinds.get(k, float)(v) for k, v in row.items()}))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{path}: line {line}: {error}") from error
+    return tuple(records)
+
+
+def _check_policy(path: Path, config: TrainConfig, params: Params) -> None:
+    """Raise InputError unless ``params`` fit the run's environment."""
+    environment = config.environment()
+    expected = initialise(
+        environment.state_dim, environment.action_dim, 0, learn_sigma=config.learn_sigma
+    )
+    if set(params) != set(expected):
+        raise InputError(f"{path}: expected tensors {sorted(expected)}, got {sorted(params)}")
+    for name, value in expected.items():
+        shaped(f"{path}: {name}", params[name], tuple(value.shape))
+
+
+def _names(config: TrainConfig) -> list[str]:
+    return [entry.name for entry in dataclasses.fields(config)]
+
+
+def provenance() -> dict[str, Any]:
+    """Return what made a run: versions, commit, machine, threads and the command."""
+    git = subprocess.run(
+        ["git", "rev-parse", "HEAD"],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return {
+        "versions": {name: metadata.version(name) for name in PACKAGES}
+        | {"python": platform.python_version()},
+        "commit": git.stdout.strip() or "unknown",
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "threads": torch.get_num_threads(),
+        "command": " ".join(["python", "-m", "emrld_lite", *sys.argv[1:]]),
+    }

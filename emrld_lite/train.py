@@ -1,0 +1,288 @@
+"""Algorithm 1: meta-training as a loop that reads like the paper's box."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import torch
+
+from .adapt import Adaptation, adapt, warm_start
+from .advantage import with_advantages
+from .algorithms import ALGORITHMS
+from .demonstrations import Demonstrations
+from .envs import ENVIRONMENTS, Environment, make
+from .losses import surrogate_loss, task_mean
+from .policy import (
+    Gaussian,
+    Params,
+    detach,
+    distribution,
+    initialise,
+    kl_divergence,
+)
+from .rollout import Rollout, collect, episode_returns, pack, subsample, take
+from .timing import section
+from .trpo import Step, TrustRegion, trpo_step
+from .validation import InputError, known, lookup, positive_count, real_number
+
+TASKS_AT_ONCE = 4  # measured: large enough for the cores, small enough for their caches
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """Everything that decides a run; the defaults are Table 2's. Raises InputError for bad values."""
+
+    env: str = "point2d"
+    """Environment, such as point2d."""
+    algorithm: str = "emrld-ws"
+    """Row of the comparison: emrld, emrld-ws or maml."""
+    demos: str = "optimal"
+    """optimal, suboptimal, or a demonstration file ending in .npz."""
+    iterations: int = 150
+    """Meta-iterations to run."""
+    seed: int = 0
+    """Seed of the policy's start and of every draw."""
+    episodes: int = 20
+    """Episodes a task, before and again after adaptation (Table 2, adapt batch size)."""
+    discount: float = 0.95
+    """gamma (Table 2)."""
+    gae_lambda: float = 1.0
+    """GAE's lambda, which Table 2 calls tau."""
+    adapt_lr: float = 0.01
+    """alpha, the adaptation's learning rate (Table 2)."""
+    w_rl: float | None = None
+    """Weight of RL in the adaptation; by default the algorithm's and the data's (Table 2)."""
+    w_bc: float | None = None
+    """Weight of cloning in the adaptation; by default the algorithm's (Table 2)."""
+    bc_reduction: str = "mean"
+    """mean over the demonstration's steps (released code) or their sum (paper)."""
+    learn_sigma: bool = True
+    """Whether sigma is learned from 1 on (released code) or stays 1 (paper)."""
+    step_rule: str = "at-most"
+    """Length of a Point2D step: at-most 0.1 (paper) or exact 0.1 (released code)."""
+    trust_region: TrustRegion = field(default_factory=TrustRegion)
+    """TRPO's step."""
+    stop_at_return: float | None = None
+    """End once the mean return after adaptation reaches this; by default run all iterations."""
+
+    def __post_init__(self) -> None:
+        known("environment", self.env, ENVIRONMENTS)
+        known("algorithm", self.algorithm, ALGORITHMS)
+        positive_count("iterations", self.iterations)
+        positive_count("seed", self.seed, minimum=0)
+        positive_count("episodes", self.episodes)
+        real_number("discount", self.discount, 0.0, 1.0)
+        real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
+        if self.stop_at_return is not None:
+            real_number("stop_at_return", self.stop_at_return)
+        self.adaptation("optimal")
+
+    def environment(self) -> Environment:
+        """Return the environment of the run."""
+        return make(self.env, step_rule=self.step_rule)
+
+    def adaptation(self, quality: str) -> Adaptation:
+        """Return the adaptation for demonstrations of ``quality``."""
+        return lookup("algorithm", self.algorithm, ALGORITHMS).adaptation(
+            quality, self.adapt_lr, self.w_rl, self.w_bc, self.bc_reduction
+        )
+
+
+class Record(NamedTuple):
+    """One row of ``curve.csv``; returns are means over tasks and episodes, undiscounted."""
+
+    iteration: int
+    seconds: float
+    env_steps: int
+    return_before: float
+    return_after: float
+    success_after: float
+    kl: float
+    backtracks: int
+    note: str
+
+
+class Iterate(NamedTuple):
+    """What one meta-iteration leaves behind: the new policy, its record and the data it saw."""
+
+    meta_params: Params
+    record: Record
+    before: Rollout
+    after: Rollout
+
+
+def meta_train(
+    config: TrainConfig,
+    demonstrations: Demonstrations,
+    meta_params: Params | None = None,
+    history: tuple[Record, ...] = (),
+    device: str = "cpu",
+) -> Iterator[Iterate]:
+    """Run Algorithm 1 and yield after every meta-iteration.
+
+    To go on with a stopped run, pass its ``meta_params`` and the ``history`` of its records: every
+    iteration draws from a generator of its own, seeded by the run's seed and its number, so the
+    curve is the same as without the stop. Raises InputError when the demonstrations are those of
+    another environment.
+    """
+    if demonstrations.environment != config.env:
+        raise InputError(
+            f"demonstrations: expected environment {config.env!r}, got {demonstrations.environment!r}"
+        )
+    environment = config.environment()
+    adaptation = config.adaptation(demonstrations.quality)
+    demonstrations = demonstrations.to(device)
+    if meta_params is None:
+        meta_params = initialise(
+            environment.state_dim,
+            environment.action_dim,
+            config.seed,
+            learn_sigma=config.learn_sigma,
+        )
+    meta_params = {name: value.to(device) for name, value in meta_params.items()}
+    env_steps = history[-1].env_steps if history else 0
+    started = time.perf_counter() - (history[-1].seconds if history else 0.0)
+    for iteration in range(len(history), config.iterations):
+        random = iteration_generator(config.seed, iteration)
+        meta_params, before, after, step = meta_iteration(
+            meta_params, environment, demonstrations, adaptation, config, random
+        )
+        env_steps += int(before.mask.sum() + after.mask.sum())
+        record = Record(
+            iteration=iteration,
+            seconds=round(time.perf_counter() - started, 3),
+            env_steps=env_steps,
+            return_before=float(episode_returns(before).mean()),
+            return_after=float(episode_returns(after).mean()),
+            success_after=float(after.success.float().mean()),
+            kl=step.kl,
+            backtracks=step.backtracks,
+            note=step.note,
+        )
+        yield Iterate(meta_params, record, before, after)
+        if config.stop_at_return is not None and record.return_after >= config.stop_at_return:
+            return
+
+
+def iteration_generator(seed: int, iteration: int) -> torch.Generator:
+    """Return the CPU generator of one iteration: nothing but seed and number decides its draws."""
+    state = np.random.SeedSequence([seed, iteration]).generate_state(1, np.uint64)
+    return torch.Generator().manual_seed(int(state[0] >> np.uint64(1)))
+
+
+def meta_iteration(
+    meta_params: Params,
+    environment: Environment,
+    demonstrations: Demonstrations,
+    adaptation: Adaptation,
+    config: TrainConfig,
+    random: torch.Generator,
+) -> tuple[Params, Rollout, Rollout, Step]:
+    """Go once through the body of Algorithm 1; returns the new meta-policy, D^tr, D^val and the step."""
+    tasks = demonstrations.tasks
+    with section("rollout"):
+        start = warm_start(meta_params, demonstrations, adaptation)
+        before = collect(environment, tasks, start, config.episodes, random)  # line 6
+    with section("adaptation and gradient"):
+        before = with_advantages(before, config.discount, config.gae_lambda)
+        task_params = adapt(meta_params, before, demonstrations, adaptation)  # line 7
+    with section("rollout"):
+        after = collect(environment, tasks, task_params, config.episodes, random)  # line 8
+    with section("adaptation and gradient"):
+        after = with_advantages(after, config.discount, config.gae_lambda)
+    meta_params, step = meta_update(  # line 10
+        meta_params, before, after, demonstrations, adaptation, config.trust_region, random
+    )
+    return meta_params, before, after, step
+
+
+def meta_update(
+    meta_params: Params,
+    before: Rollout,
+    after: Rollout,
+    demonstrations: Demonstrations,
+    adaptation: Adaptation,
+    region: TrustRegion,
+    random: torch.Generator,
+) -> tuple[Params, Step]:
+    """Return theta_{k+1}, equation (meta-update-emrld): TRPO on D^val, through the adaptation.
+
+    The meta-loss is a mean over tasks, so it is summed up a few tasks at a time: memory then does
+    not grow with the number of tasks.
+    """
+    tasks = len(before.rewards)
+    chunks = [
+        TaskData(pack(take(before, part)), pack(take(after, part)), demonstrations.take(part))
+        for part in task_chunks(tasks)
+    ]
+    with section("adaptation and gradient"):
+        pieces = [surrogate_and_gradient(meta_params, chunk, adaptation) for chunk in chunks]
+        surrogate = sum(piece.surrogate for piece in pieces) / tasks
+        gradient = torch.stack([piece.gradient for piece in pieces]).sum(0) / tasks
+    olds = [piece.old for piece in pieces]
+
+    def surrogate_and_kl(params: Params) -> tuple[float, float]:
+        totals = [
+            chunk_surrogate_and_kl(params, chunk, old, adaptation)
+            for chunk, old in zip(chunks, olds, strict=True)
+        ]
+        return tuple(sum(values) / tasks for values in zip(*totals, strict=True))
+
+    sampled_before = subsample(before, region.fisher_samples, random)
+    sampled_after = subsample(after, region.fisher_samples, random)
+
+    def fisher(params: Params) -> tuple[Gaussian, torch.Tensor]:
+        task_params = adapt(params, sampled_before, demonstrations, adaptation, keep_graph=True)
+        weight = sampled_after.mask / sampled_after.mask.sum()
+        return distribution(task_params, sampled_after.states), weight
+
+    return trpo_step(meta_params, surrogate, gradient, fisher, surrogate_and_kl, region)
+
+
+class TaskData(NamedTuple):
+    """D^tr, D^val and D^dem of a few tasks, the steps packed."""
+
+    before: Rollout
+    after: Rollout
+    demonstrations: Demonstrations
+
+
+class SurrogateGradient(NamedTuple):
+    """Surrogate summed over tasks, its gradient (parameter,), and the policies it was taken at."""
+
+    surrogate: float
+    gradient: torch.Tensor
+    old: Gaussian
+
+
+def task_chunks(tasks: int) -> list[slice]:
+    """Return slices that cover ``tasks`` tasks, at most TASKS_AT_ONCE each."""
+    return [slice(first, first + TASKS_AT_ONCE) for first in range(0, tasks, TASKS_AT_ONCE)]
+
+
+def surrogate_and_gradient(
+    meta_params: Params, data: TaskData, adaptation: Adaptation
+) -> SurrogateGradient:
+    """Return TRPO's surrogate at the old policy and its second-order gradient by the meta-policy."""
+    leaves = detach(meta_params, requires_grad=True)
+    task_params = adapt(leaves, data.before, data.demonstrations, adaptation, keep_graph=True)
+    new = distribution(task_params, data.after.states)
+    old = Gaussian(*(output.detach() for output in new))
+    surrogate = surrogate_loss(new, old, data.after).sum()
+    parts = torch.autograd.grad(surrogate, list(leaves.values()))
+    gradient = torch.cat([part.reshape(-1) for part in parts])
+    return SurrogateGradient(float(surrogate.detach()), gradient, old)
+
+
+def chunk_surrogate_and_kl(
+    params: Params, data: TaskData, old: Gaussian, adaptation: Adaptation
+) -> tuple[float, float]:
+    """Return the exact surrogate and KL of a trial meta-policy, summed over tasks."""
+    task_params = adapt(params, data.before, data.demonstrations, adaptation)
+    new = distribution(task_params, data.after.states)
+    kl = task_mean(kl_divergence(old, new), data.after.mask).sum()
+    return float(surrogate_loss(new, old, data.after).sum()), float(kl)

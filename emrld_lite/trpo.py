@@ -1,0 +1,157 @@
+"""TRPO's step (Schulman et al., 2015): conjugate gradient, Fisher product, line search.
+
+The meta-learner and the expert share it: both hand over functions of ``params``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import torch
+
+from .policy import Gaussian, Params, detach, from_vector, to_vector
+from .timing import section
+from .validation import positive_count, real_number
+
+Product = Callable[[torch.Tensor], torch.Tensor]
+
+
+@dataclass(frozen=True)
+class TrustRegion:
+    """How far and how carefully one step goes; raises InputError for a number that cannot be used."""
+
+    max_kl: float = 0.01
+    """Bound on the mean KL divergence from the old to the new policy, nats (joint action)."""
+    cg_iterations: int = 10
+    """Conjugate-gradient iterations at most."""
+    damping: float = 1e-3
+    """Multiple of the identity added to the Fisher matrix."""
+    backtracks: int = 15
+    """Halvings of the step before it is given up."""
+    fisher_samples: int = 100
+    """Steps a task, drawn at random, on which the Fisher product is evaluated."""
+
+    def __post_init__(self) -> None:
+        real_number("max_kl", self.max_kl, minimum=1e-12)
+        real_number("damping", self.damping, minimum=0.0)
+        positive_count("cg_iterations", self.cg_iterations)
+        positive_count("backtracks", self.backtracks)
+        positive_count("fisher_samples", self.fisher_samples)
+
+
+class Step(NamedTuple):
+    """What one TRPO step did: exact KL of the accepted step, halvings before it, and why if none."""
+
+    kl: float
+    backtracks: int
+    note: str
+
+
+def conjugate_gradient(
+    product: Product, target: torch.Tensor, iterations: int, tolerance: float = 1e-10
+) -> torch.Tensor:
+    """Return x with product(x) = target for a symmetric positive definite product; all (parameter,).
+
+    Stops after ``iterations`` or when the squared residual has shrunk by ``tolerance``. A zero
+    target gives zero. ``target`` is left as it was.
+    """
+    solution = torch.zeros_like(target)
+    residual = target.clone()
+    direction = target.clone()  # a copy of its own: aliasing the residual would cost conjugacy
+    squared = residual @ residual
+    goal = tolerance * squared
+    for _ in range(iterations):
+        if squared <= goal:
+            break
+        image = product(direction)
+        length = squared / (direction @ image)
+        solution = solution + length * direction
+        residual = residual - length * image
+        previous, squared = squared, residual @ residual
+        direction = residual + (squared / previous) * direction
+    return solution
+
+
+def fisher_product(
+    gaussian: Gaussian, weight: torch.Tensor, params: Params, damping: float = 0.0
+) -> Product:
+    """Return v -> (F + damping I) v, the Hessian of the mean KL at the old policy; (parameter,).
+
+    ``gaussian`` (..., action) must hang on ``params`` in the autograd graph; ``weight`` (...) says
+    how much each state counts and sums to 1. F = J^T M J, where J is the Jacobian of mean and
+    log sigma with respect to ``params`` and M the Fisher matrix of a Gaussian: 1/sigma^2 for the
+    mean, 2 for log sigma. J v comes from differentiating J^T u, which is linear in u, twice.
+    """
+    leaves = list(params.values())
+    precision = torch.exp(-2.0 * gaussian.log_sigma.detach())
+    metrics = (weight[..., None] * precision, weight[..., None] * torch.full_like(precision, 2.0))
+    pairs = zip(gaussian, metrics, strict=True)
+    learned = [(output, metric) for output, metric in pairs if output.requires_grad]
+    outputs, metrics = zip(*learned, strict=True)  # without log sigma when it is fixed
+    probes = tuple(torch.zeros_like(output, requires_grad=True) for output in outputs)
+    transposed = torch.autograd.grad(outputs, leaves, grad_outputs=probes, create_graph=True)
+
+    def product(vector: torch.Tensor) -> torch.Tensor:
+        direction = list(from_vector(vector, params).values())
+        changes = torch.autograd.grad(
+            transposed, probes, grad_outputs=direction, retain_graph=True
+        )  # J v
+        weighted = tuple(part * change for part, change in zip(metrics, changes, strict=True))
+        image = torch.autograd.grad(outputs, leaves, grad_outputs=weighted, retain_graph=True)
+        return torch.cat([part.reshape(-1) for part in image]) + damping * vector
+
+    return product
+
+
+def trpo_step(
+    params: Params,
+    surrogate: float,
+    gradient: torch.Tensor,
+    fisher: Callable[[Params], tuple[Gaussian, torch.Tensor]],
+    surrogate_and_kl: Callable[[Params], tuple[float, float]],
+    region: TrustRegion,
+) -> tuple[Params, Step]:
+    """Return the policy after one step that lowers the surrogate within the KL bound, and its record.
+
+    ``surrogate`` and ``gradient`` (parameter,) are the surrogate's at ``params``;
+    ``fisher(params)`` returns the policy's outputs on a sample of states, with their weights, in
+    the autograd graph; ``surrogate_and_kl(params)`` the exact surrogate and KL on all data. A
+    gradient or a step that
+    is zero or not finite leaves ``params`` as they are, and the record's note says so.
+    """
+    if not torch.isfinite(gradient).all():
+        return params, Step(0.0, 0, "skipped: the gradient is not finite")
+    if not gradient.any():
+        return params, Step(0.0, 0, "no step: the gradient is zero (nothing rewarded yet)")
+    with section("Fisher and CG"):
+        leaves = detach(params, requires_grad=True)
+        gaussian, weight = fisher(leaves)
+        product = fisher_product(gaussian, weight, leaves, region.damping)
+        descent = -conjugate_gradient(product, gradient, region.cg_iterations)
+        curvature = float(descent @ product(descent))
+    if not math.isfinite(curvature) or curvature <= 0.0:
+        return params, Step(0.0, 0, f"skipped: the curvature along the step is {curvature:.2g}")
+    full_step = descent * math.sqrt(2.0 * region.max_kl / curvature)
+    with section("line search"):
+        return line_search(params, surrogate, full_step, surrogate_and_kl, region)
+
+
+@torch.no_grad()
+def line_search(
+    params: Params,
+    before: float,
+    full_step: torch.Tensor,
+    surrogate_and_kl: Callable[[Params], tuple[float, float]],
+    region: TrustRegion,
+) -> tuple[Params, Step]:
+    """Halve ``full_step`` (parameter,) until the surrogate is under ``before`` and the KL in bounds."""
+    start = to_vector(params)
+    for halvings in range(region.backtracks):
+        trial = from_vector(start + 0.5**halvings * full_step, params)
+        surrogate, kl = surrogate_and_kl(trial)  # on all data
+        if math.isfinite(surrogate) and surrogate < before and kl <= region.max_kl:
+            return trial, Step(kl, halvings, "")
+    return params, Step(0.0, region.backtracks, "no step: the line search found no improvement")
