@@ -9,9 +9,11 @@ import torch
 
 from .demonstrations import Demonstrations
 from .losses import bc_loss, rl_loss
-from .policy import Params, detach, per_task
-from .rollout import Rollout
+from .policy import Params, detach, per_task, take_params
+from .rollout import Rollout, take
 from .validation import InputError, known, real_number
+
+TASKS_AT_ONCE = 4  # measured: enough work for the cores, small enough for their caches
 
 
 @dataclass(frozen=True)
@@ -89,20 +91,47 @@ def adapt(
 ) -> Params:
     """Return ``task_params``: theta_i = theta - alpha grad(w_rl L^RL_i + w_bc L^BC_i), warm start first.
 
-    ``rollout`` is D^tr with its advantages, collected with ``warm_start(params, ...)``.
+    ``rollout`` is D^tr with its advantages, collected with ``warm_start(params, ...)``. Tasks do not
+    touch each other, so without a graph to keep they are worked off a few at a time: memory then
+    does not grow with their number.
     """
 
+    if keep_graph:
+        return _adapt(params, rollout, demonstrations, adaptation, keep_graph=True)
+    parts = [
+        _adapt(
+            take_params(params, tasks),
+            take(rollout, tasks),
+            demonstrations.take(tasks),
+            adaptation,
+            keep_graph=False,
+        )
+        for tasks in task_chunks(len(rollout.rewards))
+    ]
+    return {name: torch.cat([part[name] for part in parts]) for name in params}
+
+
+def _adapt(
+    params: Params,
+    rollout: Rollout,
+    demonstrations: Demonstrations,
+    adaptation: Adaptation,
+    keep_graph: bool,
+) -> Params:
     def loss(task_params: Params) -> torch.Tensor:
         total = rollout.rewards.new_zeros(len(rollout.rewards))  # (task,)
         if adaptation.w_rl:
             total = total + adaptation.w_rl * rl_loss(task_params, rollout)
         if adaptation.w_bc:
-            total = total + adaptation.w_bc * bc_loss(
-                task_params, demonstrations, adaptation.bc_reduction
-            )
+            cloning = bc_loss(task_params, demonstrations, adaptation.bc_reduction)
+            total = total + adaptation.w_bc * cloning
         return total
 
-    start = per_task(
-        warm_start(params, demonstrations, adaptation, keep_graph), len(rollout.rewards)
-    )
+    start = warm_start(params, demonstrations, adaptation, keep_graph)
+    start = per_task(start, len(rollout.rewards))
     return gradient_step(loss, start, adaptation.adapt_lr, keep_graph)
+
+
+def task_chunks(tasks: int) -> list[slice]:
+    """Return slices that cover ``tasks`` tasks, at most TASKS_AT_ONCE each."""
+    return [slice(first, first + TASKS_AT_ONCE) for first in range(0, tasks, TASKS_AT_ONCE)]

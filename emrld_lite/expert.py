@@ -36,7 +36,7 @@ class ExpertConfig:
     """Environment whose dense reward it learns from."""
     seed: int = 0
     """Seed of its start and of every draw."""
-    iterations: int = 120
+    iterations: int = 80
     """TRPO iterations."""
     tasks: int = 48
     """Tasks drawn afresh from the test distribution each iteration."""
@@ -51,7 +51,9 @@ class ExpertConfig:
     value_steps: int = 30
     """Adam steps on the value network an iteration."""
     trust_region: TrustRegion = field(
-        default_factory=lambda: TrustRegion(max_kl=0.03, fisher_samples=40)
+        default_factory=lambda: TrustRegion(
+            max_kl=0.03, damping=1e-3, cg_iterations=10, fisher_samples=40
+        )
     )
     """TRPO's step."""
 

@@ -37,19 +37,24 @@ def initialise(
     hidden: tuple[int, ...] = (100, 100),
     learn_sigma: bool = True,
 ) -> Params:
-    """Return new parameters: Xavier-uniform weights, zero biases, sigma = 1.
+    """Return new parameters: Xavier-uniform weights, uniform biases, a small last layer, sigma = 1.
 
-    The paper's meta-policies have two hidden layers of 100 ReLU units (appendix C). A policy
-    without the entry "log_sigma" keeps sigma = 1 for ever, as the paper writes.
+    The paper's meta-policies have two hidden layers of 100 ReLU units (appendix C); how they start
+    is not said. With zero biases every unit is 0 at the origin, where all episodes begin, and
+    cloning has nothing to hold on to there; with a last layer at a tenth of its size the first
+    actions are nearly centred. A policy without the entry "log_sigma" keeps sigma = 1 for ever, as
+    the paper writes.
     """
     random = torch.Generator().manual_seed(seed)
     sizes = (state_dim, *hidden, action_dim)
     params: Params = {}
     for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
-        bound = math.sqrt(6.0 / (fan_in + fan_out))
-        uniform = torch.rand(fan_in, fan_out, generator=random)
-        params[f"weight_{layer}"] = bound * (2.0 * uniform - 1.0)
-        params[f"bias_{layer}"] = torch.zeros(fan_out)
+        weight = 2.0 * torch.rand(fan_in, fan_out, generator=random) - 1.0
+        bias = 2.0 * torch.rand(fan_out, generator=random) - 1.0
+        params[f"weight_{layer}"] = weight * math.sqrt(6.0 / (fan_in + fan_out))
+        params[f"bias_{layer}"] = bias / math.sqrt(fan_in)
+    params[f"weight_{len(hidden)}"] *= 0.1
+    params[f"bias_{len(hidden)}"] *= 0.0
     if learn_sigma:
         params["log_sigma"] = torch.zeros(action_dim)
     return params
@@ -72,21 +77,40 @@ def per_task(params: Params, tasks: int) -> Params:
     return {name: value.expand(tasks, *value.shape) for name, value in params.items()}
 
 
-def distribution(params: Params, states: torch.Tensor) -> Gaussian:
-    """Return pi(. | s) for every state, (task, ..., action) from states (task, ..., state)."""
-    leading = states.shape[:-1]
+def take_params(params: Params, tasks: slice) -> Params:
+    """Return the parameters of some tasks; one set for all tasks is theirs too."""
+    if not has_task_axis(params):
+        return params
+    return {name: value[tasks] for name, value in params.items()}
+
+
+def mean(params: Params, states: torch.Tensor) -> torch.Tensor:
+    """Return the perceptron's mean action at every state, (task, ..., action), from (task, ..., state)."""
     features = states.reshape(states.shape[0], -1, states.shape[-1])  # (task, sample, state)
     layers = layer_count(params)
     for layer in range(layers):
-        bias = params[f"bias_{layer}"].unsqueeze(-2)  # (1, unit) or (task, 1, unit)
-        features = features @ params[f"weight_{layer}"] + bias  # (task, sample, unit)
+        features = linear(features, params[f"weight_{layer}"], params[f"bias_{layer}"])
         if layer < layers - 1:
-            features = torch.relu(features)
-    if "log_sigma" in params:
-        log_sigma = params["log_sigma"].unsqueeze(-2).expand_as(features)  # (task, sample, action)
-    else:
-        log_sigma = torch.zeros_like(features)
-    return Gaussian(features.reshape(*leading, -1), log_sigma.reshape(*leading, -1))
+            features = torch.relu(features)  # (task, sample, unit)
+    return features.reshape(*states.shape[:-1], -1)
+
+
+def linear(features: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
+    """Return features @ weight + bias, (task, sample, out), in one operation."""
+    if weight.dim() == 3:  # one weight matrix a task
+        return torch.baddbmm(bias.unsqueeze(-2), features, weight)
+    return torch.nn.functional.linear(features, weight.T, bias)
+
+
+def distribution(params: Params, states: torch.Tensor) -> Gaussian:
+    """Return pi(. | s) for every state, (task, ..., action) from states (task, ..., state)."""
+    means = mean(params, states)
+    if "log_sigma" not in params:
+        return Gaussian(means, torch.zeros_like(means))
+    log_sigma = params["log_sigma"]  # (action,) or (task, action)
+    between = (1,) * (means.dim() - 2)
+    shape = (-1, *between, log_sigma.shape[-1])
+    return Gaussian(means, log_sigma.reshape(shape).expand_as(means))
 
 
 def log_density(gaussian: Gaussian, actions: torch.Tensor) -> torch.Tensor:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import torch
 
-from .adapt import Adaptation, adapt, warm_start
+from .adapt import Adaptation, adapt, task_chunks, warm_start
 from .advantage import with_advantages
 from .algorithms import ALGORITHMS
 from .demonstrations import Demonstrations
@@ -28,8 +28,6 @@ from .rollout import Rollout, collect, episode_returns, pack, subsample, take
 from .timing import section
 from .trpo import Step, TrustRegion, trpo_step
 from .validation import InputError, known, lookup, positive_count, real_number
-
-TASKS_AT_ONCE = 4  # measured: large enough for the cores, small enough for their caches
 
 
 @dataclass(frozen=True)
@@ -257,11 +255,6 @@ class SurrogateGradient(NamedTuple):
     surrogate: float
     gradient: torch.Tensor
     old: Gaussian
-
-
-def task_chunks(tasks: int) -> list[slice]:
-    """Return slices that cover ``tasks`` tasks, at most TASKS_AT_ONCE each."""
-    return [slice(first, first + TASKS_AT_ONCE) for first in range(0, tasks, TASKS_AT_ONCE)]
 
 
 def surrogate_and_gradient(

@@ -23,15 +23,15 @@ Product = Callable[[torch.Tensor], torch.Tensor]
 class TrustRegion:
     """How far and how carefully one step goes; raises InputError for a number that cannot be used."""
 
-    max_kl: float = 0.01
+    max_kl: float = 0.02
     """Bound on the mean KL divergence from the old to the new policy, nats (joint action)."""
-    cg_iterations: int = 10
+    cg_iterations: int = 6
     """Conjugate-gradient iterations at most."""
-    damping: float = 1e-3
-    """Multiple of the identity added to the Fisher matrix."""
+    damping: float = 0.1
+    """Multiple of the identity added to the Fisher matrix, against the noise of its samples."""
     backtracks: int = 15
     """Halvings of the step before it is given up."""
-    fisher_samples: int = 100
+    fisher_samples: int = 50
     """Steps a task, drawn at random, on which the Fisher product is evaluated."""
 
     def __post_init__(self) -> None:

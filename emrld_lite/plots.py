@@ -1,0 +1,127 @@
+"""The house style and every figure, one function a figure; colour is never the only sign."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+import torch
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle
+
+from .algorithms import ALGORITHMS
+from .envs.point2d import NEAR
+from .rollout import Rollout
+from .train import Record
+
+# Okabe and Ito's colour-blind safe palette; one colour, line and marker an algorithm everywhere
+LOOKS = {
+    "emrld": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
+    "emrld-ws": {"color": "#D55E00", "linestyle": "--", "marker": "s"},
+    "maml": {"color": "#009E73", "linestyle": ":", "marker": "^"},
+}
+GOAL_COLOUR = "#E69F00"
+DEMONSTRATION_COLOUR = "#333333"
+STYLE = {
+    "figure.dpi": 110,
+    "savefig.dpi": 160,
+    "figure.constrained_layout.use": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "axes.titlesize": 11,
+    "axes.labelsize": 10,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.8,
+    "font.size": 10,
+    "svg.hashsalt": "emrld",
+}
+
+
+def use_style() -> None:
+    """Switch matplotlib to the workbook's style."""
+    plt.rcParams.update(STYLE)
+
+
+def label(algorithm: str) -> str:
+    """Return an algorithm's name as figures print it."""
+    return ALGORITHMS[algorithm].label
+
+
+def learning_curves(curves: Mapping[str, Sequence[Sequence[Record]]], axes: Axes) -> None:
+    """Draw the mean return after adaptation over seeds, with the band from lowest to highest seed.
+
+    ``curves`` maps an algorithm to one sequence of records a seed. Fig. 3 and 4, top row.
+    """
+    for algorithm, seeds in curves.items():
+        shortest = min(len(seed) for seed in seeds)
+        returns = np.array([[row.return_after for row in seed[:shortest]] for seed in seeds])
+        look = LOOKS[algorithm]
+        mean = returns.mean(0)
+        axes.plot(mean, label=label(algorithm), markevery=max(1, shortest // 8), **look)
+        if len(seeds) > 1:
+            axes.fill_between(
+                range(shortest), returns.min(0), returns.max(0), color=look["color"], alpha=0.15
+            )
+    axes.set_xlabel("meta-iteration")
+    axes.set_ylabel("mean return after adaptation")
+    axes.set_ylim(bottom=-2)
+    axes.legend(loc="best")
+
+
+def adaptation_steps(
+    curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes, ceiling: float | None = None
+) -> None:
+    """Draw mean returns on unseen tasks over adaptation steps, one sequence of returns a seed.
+
+    ``ceiling`` marks the demonstrator's return. Fig. 3 and 4, bottom row.
+    """
+    for algorithm, seeds in curves.items():
+        returns = np.array(seeds)
+        steps = np.arange(returns.shape[1])
+        axes.plot(steps, returns.mean(0), label=label(algorithm), **LOOKS[algorithm])
+        axes.fill_between(
+            steps, returns.min(0), returns.max(0), color=LOOKS[algorithm]["color"], alpha=0.15
+        )
+    if ceiling is not None:
+        axes.axhline(ceiling, color="grey", linewidth=1, linestyle=(0, (1, 2)))
+        axes.annotate("demonstrator", (0, ceiling), xytext=(0, -12), textcoords="offset points")
+    axes.set_xlabel("adaptation steps")
+    axes.set_ylabel("mean return on unseen goals")
+    axes.set_xticks(range(returns.shape[1]))
+    axes.legend(loc="best")
+
+
+def arena(axes: Axes, goals: torch.Tensor) -> None:
+    """Draw Point2D's start, and each goal (task, 2) with its reward region."""
+    angles = np.linspace(0, np.pi, 100)
+    axes.plot(2 * np.cos(angles), 2 * np.sin(angles), color="grey", linewidth=0.6, zorder=0)
+    for x, y in goals.tolist():
+        axes.add_patch(Circle((x, y), NEAR, color=GOAL_COLOUR, alpha=0.35, linewidth=0))
+        axes.plot(x, y, marker="*", color="black", markersize=8, linestyle="none")
+    axes.plot(0, 0, marker="x", color="black", markersize=7, linestyle="none")
+    axes.set_aspect("equal")
+    axes.set_xlim(-2.6, 2.6)
+    axes.set_ylim(-1.1, 2.6)
+    axes.set_xlabel("x (length units)")
+    axes.set_ylabel("y (length units)")
+
+
+def trajectories(
+    rollout: Rollout, axes: Axes, task: int = 0, episodes: int = 10, **look: object
+) -> None:
+    """Draw the first ``episodes`` paths of one task, thin and see-through."""
+    look = {"color": "#56B4E9", "linewidth": 0.9, "alpha": 0.7, **look}
+    for episode in range(min(episodes, rollout.mask.shape[1])):
+        length = int(rollout.mask[task, episode].sum())
+        path = rollout.states[task, episode, :length]
+        axes.plot(path[:, 0], path[:, 1], **look)
+
+
+def demonstration(states: torch.Tensor, axes: Axes, **look: object) -> None:
+    """Draw one demonstrated path, (time, 2)."""
+    look = {"color": DEMONSTRATION_COLOUR, "linewidth": 1.6, "linestyle": "--", **look}
+    axes.plot(states[:, 0], states[:, 1], **look)

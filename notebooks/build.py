@@ -1,0 +1,204 @@
+"""Build the notebooks: NN_name.py -> executed NN_name.ipynb -> lab/NN_name.ipynb with blanks.
+
+    python notebooks/build.py              build every notebook
+    python notebooks/build.py 01 06        build these
+    python notebooks/build.py --check      change nothing; fail where a notebook has drifted
+    python notebooks/build.py --page 06 --out build    run one and leave it as a page with figures
+
+The percent-format .py is the only source anyone edits. The same source makes the same bytes twice.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import os
+import re
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import jupyter_server_mathjax
+import jupytext
+import nbformat
+from nbclient import NotebookClient
+from nbconvert import HTMLExporter
+
+HERE = Path(__file__).resolve().parent
+LAB = HERE / "lab"
+KERNEL = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
+SOLUTION = re.compile(
+    r"^(?P<indent>[ \t]*)### BEGIN SOLUTION\n.*?^[ \t]*### END SOLUTION[ \t]*$\n?",
+    re.MULTILINE | re.DOTALL,
+)
+BLANK = "raise NotImplementedError  # your code here"
+CELL_TIMEOUT = 600  # seconds
+
+
+def sources(names: list[str]) -> list[Path]:
+    """Return the notebook sources whose names start with one of ``names``, or all of them."""
+    found = sorted(HERE.glob("[0-9][0-9]_*.py"))
+    chosen = [path for path in found if not names or path.stem.startswith(tuple(names))]
+    if not chosen:
+        known = ", ".join(path.stem for path in found)
+        sys.exit(f"no notebook starts with {' or '.join(names)}; there are: {known}")
+    return chosen
+
+
+def read(source: Path) -> nbformat.NotebookNode:
+    """Return the notebook of a percent-format source, with fixed cell ids and little metadata."""
+    notebook = jupytext.read(source, fmt="py:percent")
+    notebook.metadata = nbformat.from_dict({"kernelspec": KERNEL})
+    notebook.nbformat, notebook.nbformat_minor = 4, 5
+    for number, cell in enumerate(notebook.cells):
+        cell["id"] = f"cell-{number:03d}"
+        tags = cell.metadata.get("tags")
+        cell.metadata = nbformat.from_dict({"tags": tags} if tags else {})
+        if cell.cell_type == "code":
+            cell.outputs, cell.execution_count = [], None
+    return notebook
+
+
+def execute(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
+    """Run every cell from the top in a fresh kernel; widget views are stripped afterwards."""
+    os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")
+    client = NotebookClient(
+        notebook,
+        timeout=CELL_TIMEOUT,
+        kernel_name="python3",
+        record_timing=False,
+        resources={"metadata": {"path": str(HERE)}},
+    )
+    client.execute()
+    notebook.metadata.pop("widgets", None)
+    for cell in notebook.cells:
+        if cell.cell_type == "code":
+            cell.outputs = [without_widgets(output) for output in cell.outputs]
+    return notebook
+
+
+def without_widgets(output: nbformat.NotebookNode) -> nbformat.NotebookNode:
+    """Return an output without its widget view, whose model lives only in the kernel that made it."""
+    output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
+    return output
+
+
+def blank(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
+    """Return the student version: no outputs, and a blank where each solution stood."""
+    student = nbformat.from_dict(notebook.copy())
+    student.cells = [nbformat.from_dict(dict(cell)) for cell in notebook.cells]
+    for cell in student.cells:
+        if cell.cell_type == "code":
+            cell.outputs, cell.execution_count = [], None
+            cell.source = SOLUTION.sub(rf"\g<indent>{BLANK}\n", cell.source).rstrip("\n")
+    return student
+
+
+def text(notebook: nbformat.NotebookNode) -> str:
+    """Return a notebook as the bytes that go into its file."""
+    return nbformat.writes(notebook) + "\n"
+
+
+def write(path: Path, content: str) -> None:
+    """Write a text file whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
+        file.write(content)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, path)
+
+
+def build(source: Path) -> None:
+    """Write the executed notebook and the student version of one source."""
+    notebook = execute(read(source))
+    write(source.with_suffix(".ipynb"), text(notebook))
+    write(LAB / f"{source.stem}.ipynb", text(blank(read(source))))
+    print(f"{source.stem}: built")
+
+
+def drift(source: Path) -> list[str]:
+    """Return what is wrong between a source, its notebook and its student version."""
+    fresh = read(source)
+    target, student = source.with_suffix(".ipynb"), LAB / f"{source.stem}.ipynb"
+    if not target.exists():
+        return [f"{target.name} is missing"]
+    kept = nbformat.read(target, as_version=4)
+    wrong = []
+    if [(c.cell_type, c.source) for c in kept.cells] != [
+        (c.cell_type, c.source) for c in fresh.cells
+    ]:
+        wrong.append(f"{target.name} does not have the cells of {source.name}")
+    code = [cell for cell in kept.cells if cell.cell_type == "code" and cell.source.strip()]
+    never = sum(cell.execution_count is None for cell in code)
+    if never:
+        wrong.append(f"{target.name}: {never} code cells were never executed")
+    if not any(cell.outputs for cell in code):
+        wrong.append(f"{target.name} has no outputs")
+    if any(output.output_type == "error" for cell in code for output in cell.outputs):
+        wrong.append(f"{target.name} holds an error")
+    if not student.exists() or student.read_text(encoding="utf-8") != text(blank(fresh)):
+        wrong.append(f"lab/{student.name} is not the blanked {source.name}")
+    elif "SOLUTION" in student.read_text(encoding="utf-8"):
+        wrong.append(f"lab/{student.name} still shows a solution marker")
+    return wrong
+
+
+def strays() -> list[str]:
+    """Return the notebooks that no source makes."""
+    stems = {path.stem for path in sources([])}
+    found = [*HERE.glob("*.ipynb"), *LAB.glob("*.ipynb")]
+    return [f"{path.relative_to(HERE)} has no source" for path in found if path.stem not in stems]
+
+
+def check(chosen: list[Path]) -> None:
+    """Exit with 1 and a list when anything has drifted."""
+    wrong = [line for source in chosen for line in drift(source)] + strays()
+    if wrong:
+        sys.exit("\n".join([*wrong, "run: make notebooks"]))
+    print(f"{len(chosen)} notebooks agree with their sources")
+
+
+def page(source: Path, out: Path) -> None:
+    """Run one notebook and write it as a page that needs no network, with its figures as PNG."""
+    notebook = execute(read(source))
+    figures = out / f"{source.stem}_figures"
+    if figures.exists():
+        shutil.rmtree(figures)
+    figures.mkdir(parents=True)
+    for cell in notebook.cells:
+        for number, output in enumerate(cell.get("outputs", [])):
+            picture = output.get("data", {}).get("image/png")
+            if picture:
+                (figures / f"{cell['id']}-{number}.png").write_bytes(base64.b64decode(picture))
+    static = Path(jupyter_server_mathjax.__file__).parent / "static"
+    shutil.copytree(static, out / "mathjax", dirs_exist_ok=True)
+    exporter = HTMLExporter(
+        mathjax_url="mathjax/MathJax.js?config=TeX-AMS-MML_HTMLorMML-full,Safe",
+        require_js_url="",
+        embed_images=True,
+    )
+    html, _ = exporter.from_notebook_node(notebook)
+    write(out / f"{source.stem}.html", html)
+    print(f"{out / source.stem}.html and {len(list(figures.iterdir()))} figures in {figures}")
+
+
+def main() -> None:
+    """Read the command line and build, check or show."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", help="numbers or names of notebooks; default: all")
+    parser.add_argument("--check", action="store_true", help="only look for drift")
+    parser.add_argument("--page", metavar="NAME", help="run one notebook and write it as HTML")
+    parser.add_argument("--out", type=Path, default=Path("build"), help="folder of the page")
+    options = parser.parse_args()
+    if options.page:
+        page(sources([options.page])[0], options.out)
+    elif options.check:
+        check(sources(options.names))
+    else:
+        for source in sources(options.names):
+            build(source)
+
+
+if __name__ == "__main__":
+    main()
