@@ -1,0 +1,38 @@
+import torch
+
+
+def from_the_start(rewards, discount):
+    """discounts from time t on"""
+    powers = discount ** torch.arange(rewards.shape[1], dtype=rewards.dtype)
+    return (rewards * powers).flip(-1).cumsum(-1).flip(-1)
+
+
+def undiscounted(rewards, discount):
+    """undiscounted"""
+    return rewards.flip(-1).cumsum(-1).flip(-1)
+
+
+def past(rewards, discount):
+    """sums the future"""
+    return rewards.cumsum(-1)
+
+
+def without_own_reward(rewards, discount):
+    """the reward R_t itself is missing"""
+    returns, running = torch.zeros_like(rewards), torch.zeros_like(rewards[:, 0])
+    for t in reversed(range(rewards.shape[1])):
+        returns[:, t] = discount * running
+        running = rewards[:, t] + discount * running
+    return returns
+
+
+def in_place(rewards, discount):
+    """changed the rewards"""
+    for t in reversed(range(rewards.shape[1] - 1)):
+        rewards[:, t] += discount * rewards[:, t + 1]
+    return rewards
+
+
+def one_number(rewards, discount):
+    """of shape (4, 7), got (4,)"""
+    return rewards.sum(-1)

@@ -1,0 +1,68 @@
+"""The command line as scripts use it: exit codes, one-line errors, the files it leaves."""
+
+import csv
+import subprocess
+import sys
+
+import pytest
+
+from emrld_lite.__main__ import main
+
+FAST = ["--episodes", "2", "--threads", "1"]
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "emrld_lite", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_train_then_evaluate(tmp_path):
+    made = run("train", "--env", "point2d", "--algorithm", "emrld", "--demos", "suboptimal",
+               "--iterations", "2", "--seed", "3", "--out", str(tmp_path / "run"), *FAST)  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    assert "training tasks" in made.stdout
+    table = tmp_path / "table.csv"
+    done = run("evaluate", "--run", str(tmp_path / "run"), "--tasks", "4", "--steps", "2",
+               "--seed", "1", "--episodes", "2", "--out", str(table))  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader(table.open()))
+    assert len(rows) == 4 * 3
+    assert {row["step"] for row in rows} == {"0", "1", "2"}
+    assert all(0.0 <= float(row["success"]) <= 1.0 for row in rows)
+
+
+def test_help_explains_every_command():
+    text = run("--help").stdout
+    assert all(command in text for command in ("demos", "train", "evaluate", "bench"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["train", "--env", "poimt2d", "--out", "X"], "Did you mean 'point2d'"),
+        (["train", "--algorithm", "mamml", "--out", "X"], "Did you mean 'maml'"),
+        (["train", "--demos", "optimaal", "--out", "X"], "Did you mean 'optimal'"),
+        (["train", "--demos", "none.npz", "--out", "X"], "no such demonstration file"),
+        (["train", "--iterations", "0", "--out", "X"], "iterations"),
+        (["train", "--threads", "0", "--out", "X"], "threads"),
+        (["train", "--device", "gpu", "--out", "X"], "cpu, cuda"),
+        (["train", "--resume", "--out", "X"], "nothing to resume"),
+        (["evaluate", "--run", "X", "--out", "t.csv"], "no such run configuration"),
+        (["evaluate", "--run", "X", "--out", "t.txt"], "ending in .csv"),
+        (["demos", "--env", "point2d", "--quality", "good", "--out", "d.npz"], "unknown quality"),
+        (["demos", "--env", "point2d", "--quality", "optimal", "--out", "d"], "ending in .npz"),
+        (["bench", "--iterations", "-1"], "iterations"),
+    ],
+)
+def test_bad_input_exits_with_2_and_says_why(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 2
+    shown = " ".join("".join(capsys.readouterr()).replace("│", " ").split())
+    assert words in shown
+    assert not list(tmp_path.iterdir()), "a refused command leaves nothing behind"

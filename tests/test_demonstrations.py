@@ -1,0 +1,165 @@
+"""Demonstration files: what is shipped, round trips, and every way a file can be wrong."""
+
+import gymnasium
+import numpy as np
+import pytest
+import torch
+
+from emrld_lite import demonstrations, expert
+from emrld_lite.envs import make
+from emrld_lite.validation import InputError
+
+
+def good_arrays():
+    """Return the fields of a small valid file as plain arrays."""
+    return {
+        "tasks": make("point2d").training_tasks()[:3].numpy(),
+        "states": np.zeros((3, 4, 2), dtype=np.float32),
+        "actions": np.zeros((3, 4, 2), dtype=np.float32),
+        "lengths": np.array([4, 2, 1]),
+        "environment": np.array("point2d"),
+        "quality": np.array("optimal"),
+        "maker": np.array("a stranger"),
+        "seed": np.array(3),
+    }
+
+
+def write(path, **changes):
+    arrays = {name: value for name, value in (good_arrays() | changes).items() if value is not None}
+    np.savez(path, **arrays)
+    return path
+
+
+def test_a_stranger_s_file_is_read_as_documented(tmp_path):
+    states = np.arange(24, dtype=np.float64).reshape(3, 4, 2)
+    data = demonstrations.load(write(tmp_path / "mine.npz", states=states), "point2d")
+    assert data.states.shape == (3, 1, 4, 2)
+    assert data.lengths().tolist() == [4, 2, 1]
+    assert data.mask[1, 0].tolist() == [1, 1, 0, 0]
+    assert torch.equal(data.states[1, 0, 1], torch.tensor([10.0, 11.0]))
+    assert not data.states[1, 0, 2:].any()  # what follows the end is ignored
+    assert (data.maker, data.seed, data.quality) == ("a stranger", 3, "optimal")
+
+
+def test_saving_and_loading_keeps_everything_and_the_bytes(tmp_path):
+    data = demonstrations.load(write(tmp_path / "mine.npz"))
+    demonstrations.save(tmp_path / "one.npz", data)
+    again = demonstrations.load(tmp_path / "one.npz")
+    demonstrations.save(tmp_path / "two.npz", again)
+    assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
+    assert torch.equal(again.states, data.states)
+    assert again.maker == data.maker
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"lengths": None}, "missing lengths"),
+        ({"environment": np.array("half_cheetah")}, "expected 'point2d', got 'half_cheetah'"),
+        ({"quality": np.array("suboptimaal")}, "Did you mean 'suboptimal'"),
+        ({"states": np.zeros((3, 4, 3), dtype=np.float32)}, r"states: expected shape \(3, 4, 2\)"),
+        ({"actions": np.zeros((3, 5, 2), dtype=np.float32)}, r"actions: expected shape"),
+        ({"tasks": np.zeros((2, 2), dtype=np.float32)}, "tasks: expected shape"),
+        ({"tasks": np.ones((3, 2), dtype=np.float32)}, "Point2D task 0"),
+        ({"lengths": np.array([4, 0, 1])}, "got 0 for task 1"),
+        ({"lengths": np.array([4, 9, 1])}, "got 9 for task 1"),
+        ({"lengths": np.array([4.0, 2.0, 1.0])}, "lengths: expected integer"),
+        (
+            {"states": np.full((3, 4, 2), np.nan)},
+            "states: a value that is not finite, task 0, step 0",
+        ),
+        ({"actions": np.zeros((3, 4, 2), dtype=np.int64)}, "actions: expected floating"),
+        ({"states": np.zeros((3, 0, 2), dtype=np.float32)}, "states: expected"),
+        ({"seed": np.array(1.5)}, "seed: expected one whole number"),
+    ],
+)
+def test_a_wrong_file_is_refused_by_name_and_field(tmp_path, changes, words):
+    path = write(tmp_path / "bad.npz", **changes)
+    with pytest.raises(InputError, match=words) as error:
+        demonstrations.load(path, "point2d")
+    assert "bad.npz" in str(error.value)
+
+
+def test_padding_may_hold_anything(tmp_path):
+    states = np.zeros((3, 4, 2))
+    states[2, 1:] = np.nan  # the third trajectory has one step
+    assert torch.isfinite(
+        demonstrations.load(write(tmp_path / "a.npz", states=states)).states
+    ).all()
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 nonsense", b"\x80\x04]q\x00."])
+def test_foreign_files_are_refused(tmp_path, content):
+    (tmp_path / "foreign.npz").write_bytes(content)
+    with pytest.raises(InputError, match=r"foreign\.npz: not a readable \.npz"):
+        demonstrations.load(tmp_path / "foreign.npz")
+
+
+def test_a_truncated_file_is_refused(tmp_path):
+    path = write(tmp_path / "cut.npz")
+    path.write_bytes(path.read_bytes()[:-300])
+    with pytest.raises(InputError, match="not a readable"):
+        demonstrations.load(path)
+
+
+def test_a_pickled_array_is_never_loaded(tmp_path):
+    np.savez(tmp_path / "pickled.npz", tasks=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(InputError, match="pickle"):
+        demonstrations.load(tmp_path / "pickled.npz")
+
+
+def test_a_missing_file_and_an_unknown_quality_are_named(tmp_path):
+    with pytest.raises(InputError, match="no such demonstration file"):
+        demonstrations.find(str(tmp_path / "none.npz"), "point2d")
+    with pytest.raises(InputError, match="Did you mean 'optimal'"):
+        demonstrations.find("optimum", "point2d")
+
+
+def replayed_reward(data, task):
+    """Replay a stored trajectory's actions in the registered environment; returns reward, success."""
+    single = gymnasium.make("emrld_lite/Point2D-v0").unwrapped
+    single.reset(options={"task": data.tasks[task].numpy()})
+    total, success = 0.0, False
+    for step in range(int(data.lengths()[task])):
+        _, reward, _, _, info = single.step(data.actions[task, 0, step].numpy())
+        total, success = total + reward, success or info["success"]
+    return total, success
+
+
+def test_every_shipped_optimal_demonstration_reaches_its_goal():
+    data = demonstrations.find("optimal", "point2d")
+    assert torch.equal(data.tasks, make("point2d").training_tasks())
+    for task in range(12):
+        total, success = replayed_reward(data, task)
+        assert success
+        assert total > 75
+
+
+def test_no_shipped_suboptimal_demonstration_earns_a_reward():
+    data = demonstrations.find("suboptimal", "point2d")
+    for task in range(12):
+        assert replayed_reward(data, task) == (0.0, False)
+
+
+def test_experts_demonstrate_unseen_goals_on_demand():
+    goals = make("point2d").sample_tasks(20, np.random.default_rng(11))
+    params = expert.load_or_train_expert("point2d", "optimal")
+    data = expert.demonstrate(params, "point2d", goals, "optimal", seed=0)
+    assert all(replayed_reward(data, task)[1] for task in range(20))
+    again = expert.demonstrate(params, "point2d", goals, "optimal", seed=0)
+    assert torch.equal(data.actions, again.actions)
+
+
+def test_expert_training_improves_on_the_dense_reward():
+    config = expert.ExpertConfig(iterations=8, tasks=12, episodes=4)
+    returns = [iterate.dense_return for iterate in expert.train_expert(config)]
+    assert returns[-1] > returns[0] + 20
+
+
+def test_an_expert_of_another_kind_is_refused(tmp_path):
+    config = expert.ExpertConfig()
+    expert.save_expert(
+        tmp_path / "e.safetensors", {"weight_0": torch.ones(2, 2)}, config, "optimal"
+    )
+    with pytest.raises(InputError, match="quality: expected 'suboptimal', got 'optimal'"):
+        expert.load_expert(tmp_path / "e.safetensors", "point2d", "suboptimal")

@@ -1,0 +1,317 @@
+"""Runs: the same curve every time, resumed after any stop, and nothing lost when things fail."""
+
+import dataclasses
+import errno
+import itertools
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import torch
+
+from emrld_lite import policy, runs, storage, train
+from emrld_lite.demonstrations import find
+from emrld_lite.envs import make
+from emrld_lite.evaluate import adaptation_curve
+from emrld_lite.rollout import episode_returns
+from emrld_lite.train import TrainConfig, meta_train
+from emrld_lite.validation import InputError
+
+SMALL = TrainConfig(
+    iterations=4,
+    episodes=3,
+    trust_region=train.TrustRegion(cg_iterations=3, fisher_samples=20),
+)
+
+
+def without_time(curve):
+    return [record._replace(seconds=0.0) for record in curve]
+
+
+def test_the_same_seed_gives_the_same_run_bit_for_bit(tmp_path):
+    one, two = (runs.train_run(SMALL, tmp_path / name) for name in ("a", "b"))
+    assert without_time(one.curve) == without_time(two.curve)
+    assert all(torch.equal(one.meta_params[k], two.meta_params[k]) for k in one.meta_params)
+
+
+def test_another_seed_gives_another_run(tmp_path):
+    one = runs.train_run(SMALL, tmp_path / "a")
+    two = runs.train_run(dataclasses.replace(SMALL, seed=1), tmp_path / "b")
+    assert without_time(one.curve) != without_time(two.curve)
+
+
+@pytest.mark.parametrize("algorithm", ["emrld", "emrld-ws", "maml"])
+def test_stop_and_resume_gives_the_same_curve_as_no_stop(tmp_path, algorithm):
+    whole = dataclasses.replace(SMALL, algorithm=algorithm)
+    straight = runs.train_run(whole, tmp_path / "straight")
+    runs.train_run(dataclasses.replace(whole, iterations=2), tmp_path / "stopped")
+    resumed = runs.train_run(whole, tmp_path / "stopped", resume=True)
+    assert without_time(resumed.curve) == without_time(straight.curve)
+    assert all(
+        torch.equal(resumed.meta_params[k], straight.meta_params[k]) for k in straight.meta_params
+    )
+    stored = runs.load_run(tmp_path / "stopped")
+    assert without_time(stored.curve) == without_time(straight.curve)
+
+
+def test_a_run_folder_says_how_it_was_made(tmp_path):
+    runs.train_run(SMALL, tmp_path / "run")
+    assert json.loads((tmp_path / "run/config.json").read_text())["algorithm"] == "emrld-ws"
+    facts = json.loads((tmp_path / "run/provenance.json").read_text())
+    assert {"versions", "commit", "machine", "threads", "command"} <= set(facts)
+    header = (tmp_path / "run/curve.csv").read_text().splitlines()[0]
+    assert header == (
+        "iteration,seconds,env_steps,return_before,return_after,success_after,kl,backtracks,note"
+    )
+    assert runs.load_run(tmp_path / "run").config == SMALL
+
+
+def test_training_stops_at_the_asked_return(tmp_path):
+    run = runs.train_run(dataclasses.replace(SMALL, stop_at_return=-1.0), tmp_path / "run")
+    assert len(run.curve) == 1
+
+
+def test_a_run_is_not_overwritten_and_not_resumed_with_other_settings(tmp_path):
+    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    with pytest.raises(InputError, match="already holds a run"):
+        runs.train_run(SMALL, tmp_path / "run")
+    with pytest.raises(InputError, match="seed differ"):
+        runs.train_run(dataclasses.replace(SMALL, seed=5), tmp_path / "run", resume=True)
+    with pytest.raises(InputError, match="nothing to resume"):
+        runs.train_run(SMALL, tmp_path / "other", resume=True)
+
+
+def test_ctrl_c_leaves_a_whole_run_that_resumes(tmp_path):
+    def interrupt(iterate):
+        if iterate.record.iteration == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        runs.train_run(SMALL, tmp_path / "run", on_iteration=interrupt)
+    assert len(runs.load_run(tmp_path / "run").curve) == 2
+    resumed = runs.train_run(SMALL, tmp_path / "run", resume=True)
+    straight = runs.train_run(SMALL, tmp_path / "straight")
+    assert without_time(resumed.curve) == without_time(straight.curve)
+
+
+def test_kill_9_in_the_middle_then_resume(tmp_path):
+    out = tmp_path / "run"
+    flags = ["--iterations", "400", "--episodes", "2", "--threads", "1"]
+    command = [sys.executable, "-m", "emrld_lite", "train", "--out", str(out), *flags]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120
+    while not (out / "policy.safetensors").exists():
+        assert process.poll() is None, "training ended before it was killed"
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    killed = runs.load_run(out)
+    assert len(killed.curve) % runs.CHECKPOINT_EVERY == 0
+    more = dataclasses.replace(killed.config, iterations=len(killed.curve) + 2)
+    resumed = runs.train_run(more, out, resume=True)
+    straight = runs.train_run(more, tmp_path / "straight")
+    assert without_time(resumed.curve) == without_time(straight.curve)
+
+
+def test_a_full_disk_keeps_the_last_checkpoint(tmp_path, monkeypatch):
+    runs.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run")
+    kept = (tmp_path / "run/policy.safetensors").read_bytes()
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(storage.os, "fsync", full)
+        with pytest.raises(OSError, match=r"cannot write .*No space left.*previous version"):
+            runs.train_run(SMALL, tmp_path / "run", resume=True)
+    assert (tmp_path / "run/policy.safetensors").read_bytes() == kept
+    assert not list((tmp_path / "run").glob(".*")), "temporary files are cleaned up"
+    resumed = runs.train_run(SMALL, tmp_path / "run", resume=True)
+    assert len(resumed.curve) == 4
+
+
+def test_an_unwritable_folder_is_named_before_any_training(tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    with pytest.raises(OSError, match="cannot write"):
+        runs.train_run(SMALL, tmp_path / "file" / "run")
+
+
+def damage_curve(folder):
+    text = (folder / "curve.csv").read_text()
+    (folder / "curve.csv").write_text(text.replace("0,", "zero,", 1))
+
+
+def damage_policy(folder):
+    data = (folder / "policy.safetensors").read_bytes()
+    (folder / "policy.safetensors").write_bytes(data[: len(data) // 2])
+
+
+def damage_config(folder):
+    (folder / "config.json").write_text('{"algorithm": "emrl"}')
+
+
+def shape_policy(folder):
+    params = policy.initialise(3, 2, seed=0)
+    storage.write_tensors(folder / "policy.safetensors", params, {"iterations": "1"})
+
+
+def poison_policy(folder):
+    params = policy.initialise(2, 2, seed=0)
+    params["bias_0"][3] = math.nan
+    storage.write_tensors(folder / "policy.safetensors", params, {"iterations": "1"})
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (damage_curve, r"curve\.csv: line 2"),
+        (damage_policy, r"policy\.safetensors: not a readable"),
+        (damage_config, r"config\.json: unknown algorithm 'emrl'.*Did you mean 'emrld'"),
+        (shape_policy, r"weight_0: expected shape \(2, 100\), got \(3, 100\)"),
+        (poison_policy, r"bias_0: a value that is not finite at index \(3,\)"),
+    ],
+)
+def test_damaged_runs_are_refused_by_file_and_field(tmp_path, damage, words):
+    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    damage(tmp_path / "run")
+    with pytest.raises(InputError, match=words):
+        runs.load_run(tmp_path / "run")
+
+
+def test_a_non_finite_update_never_reaches_the_policy(tmp_path, monkeypatch):
+    original = train.surrogate_and_gradient
+
+    def broken(*arguments):
+        piece = original(*arguments)
+        return piece._replace(gradient=piece.gradient * math.nan)
+
+    monkeypatch.setattr(train, "surrogate_and_gradient", broken)
+    run = runs.train_run(SMALL, tmp_path / "run")
+    start = policy.initialise(2, 2, seed=0)
+    assert all(torch.equal(run.meta_params[name], start[name]) for name in start)
+    notes = [record.note for record in runs.load_run(tmp_path / "run").curve]
+    assert notes == ["skipped: the gradient is not finite"] * 4
+
+
+def test_nothing_rewarded_is_said_and_changes_nothing():
+    config = dataclasses.replace(SMALL, algorithm="maml", episodes=1)
+    iterates = list(meta_train(config, find("optimal", "point2d")))
+    for one, other in itertools.pairwise(iterates):
+        if "nothing rewarded" in other.record.note:
+            assert all(
+                torch.equal(one.meta_params[k], other.meta_params[k]) for k in one.meta_params
+            )
+    assert any("nothing rewarded" in iterate.record.note for iterate in iterates)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("iterations", 0, "iterations: expected a whole number of at least 1"),
+        ("iterations", -3, "iterations"),
+        ("episodes", 0, "episodes"),
+        ("episodes", 2.5, "episodes"),
+        ("seed", -1, "seed"),
+        ("discount", 1.5, "discount"),
+        ("discount", math.nan, "discount"),
+        ("algorithm", "emrld_ws", "Did you mean 'emrld-ws'"),
+        ("env", "point", "Did you mean 'point2d'"),
+        ("bc_reduction", "meen", "Did you mean 'mean'"),
+        ("w_rl", -1.0, "w_rl"),
+        ("adapt_lr", math.inf, "adapt_lr"),
+    ],
+)
+def test_bad_settings_are_refused_at_the_door(field, value, words):
+    with pytest.raises(InputError, match=words):
+        dataclasses.replace(SMALL, **{field: value})
+
+
+def test_demonstrations_of_another_environment_are_refused():
+    foreign = dataclasses.replace(find("optimal", "point2d"), environment="two_wheeled")
+    with pytest.raises(InputError, match="expected environment 'point2d', got 'two_wheeled'"):
+        next(meta_train(SMALL, foreign))
+
+
+@pytest.mark.parametrize(
+    "switch",
+    [{"learn_sigma": False}, {"bc_reduction": "sum"}, {"step_rule": "exact"}, {"w_bc": 0.0}],
+    ids=str,
+)
+def test_every_switch_of_the_ledger_runs(tmp_path, switch):
+    run = runs.train_run(dataclasses.replace(SMALL, iterations=2, **switch), tmp_path / "run")
+    assert all(torch.isfinite(value).all() for value in run.meta_params.values())
+    assert ("log_sigma" in run.meta_params) == switch.get("learn_sigma", True)
+
+
+def test_adaptation_curve_keeps_tasks_apart():
+    """A task's curve does not change when the other tasks' demonstrations do."""
+    data = find("optimal", "point2d")
+    meta_params = runs.load_run(runs.SHIPPED / "point2d-optimal-emrld-ws-seed0").meta_params
+    rule = TrainConfig().adaptation("optimal")
+
+    def first_task(demonstrations):
+        random = torch.Generator().manual_seed(0)
+        curve = adaptation_curve(make("point2d"), meta_params, demonstrations, rule, 2, 4, random)
+        return [rollout.states[0] for rollout in curve.rollouts], curve
+
+    alone, curve = first_task(data)
+    # the other eleven tasks get one another's paths
+    order = [0, *range(11, 0, -1)]
+    shuffled = dataclasses.replace(
+        data, states=data.states[order], actions=data.actions[order], mask=data.mask[order]
+    )
+    together, _ = first_task(shuffled)
+    assert all(
+        torch.allclose(one, other, atol=1e-4) for one, other in zip(alone, together, strict=True)
+    )
+    returns = [float(episode_returns(rollout).mean()) for rollout in curve.rollouts]
+    assert len(returns) == 3
+    assert returns[1] > returns[0] + 20
+
+
+def last_returns(name):
+    """Return the mean return after adaptation over the last ten iterations, a number a seed."""
+    curves = [runs.load_run(runs.SHIPPED / f"{name}-seed{seed}").curve for seed in range(3)]
+    return [float(np.mean([row.return_after for row in curve[-10:]])) for curve in curves]
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("point2d-optimal-emrld-ws", 70, 85),
+        ("point2d-optimal-emrld", 70, 85),
+        ("point2d-suboptimal-emrld", 60, 85),
+        ("point2d-optimal-maml", -1, 5),
+    ],
+)
+def test_stored_runs_show_what_the_readme_says(name, low, high):
+    assert all(low <= value <= high for value in last_returns(name))
+
+
+def test_stored_runs_have_no_stray_files():
+    allowed = {"config.json", "curve.csv", "policy.safetensors", "provenance.json"}
+    for folder in runs.SHIPPED.iterdir():
+        assert {path.name for path in folder.iterdir()} <= allowed
+
+
+def test_a_stored_run_can_be_replayed(tmp_path):
+    """The first iterations again: equal up to what other machines' arithmetic may do."""
+    folder = runs.SHIPPED / "point2d-optimal-emrld-ws-seed0"
+    stored = runs.load_run(folder)
+    config = dataclasses.replace(stored.config, iterations=2)
+    replayed = runs.train_run(config, tmp_path / "again")
+    for one, other in zip(replayed.curve, stored.curve, strict=False):
+        assert one.return_before == pytest.approx(other.return_before, abs=0.5)
+        assert one.return_after == pytest.approx(other.return_after, abs=0.5)
+    assert (
+        shutil.which("git") is None
+        or json.loads((folder / "provenance.json").read_text())["commit"]
+    )
