@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
 
@@ -13,9 +14,9 @@ from tqdm import tqdm
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
 from . import expert as experts
-from . import runs, storage
+from . import plots, runs, storage
 from .envs import make
-from .evaluate import AdaptationCurve, adaptation_curve, steps_to_goal
+from .evaluate import EVALUATION_COLUMNS, AdaptationCurve, adaptation_curve, steps_to_goal
 from .rollout import Rollout, episode_returns
 from .train import Iterate, TrainConfig
 from .validation import InputError, known, positive_count
@@ -23,10 +24,10 @@ from .validation import InputError, known, positive_count
 DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
 
 demos makes demonstrations, train meta-trains on them and stores the run, evaluate adapts a stored
-run to unseen tasks, bench measures the cost. Every command explains its options with --help."""
+run to unseen tasks, figures draws the stored runs, bench measures the cost. Every command explains
+its options with --help."""
 DEVICES = ("cpu", "cuda")
 INTERRUPTED = 130  # the shell's exit code for Ctrl-C
-EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
 
 
 def demos(env: str, quality: str, out: Path, seed: int = 0, expert_out: Path | None = None) -> None:
@@ -154,6 +155,23 @@ def bench(
     benchmark.report(positive_count("iterations", iterations), tasks)
 
 
+def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
+    """Draw the figures of the stored runs as PNG and SVG.
+
+    Args:
+        out: folder for the figures
+        runs_folder: folder of the stored runs, named like point2d-optimal-emrld-seed0
+    """
+    plots.use_style()
+    figure = plots.point2d_results(runs_folder)
+    for suffix in ("png", "svg"):
+        path = out / f"point2d-optimal.{suffix}"
+        content = io.BytesIO()
+        figure.savefig(content, format=suffix, metadata={"Date": None} if suffix == "svg" else None)
+        storage.write_atomically(path, content.getvalue())
+        print(path)
+
+
 def _check_device(device: str) -> None:
     known("device", device, DEVICES)
     if device == "cuda" and not torch.cuda.is_available():
@@ -233,7 +251,13 @@ def _print_evaluation(stored: runs.Run, curve: AdaptationCurve, tasks: torch.Ten
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; a refused input or an unwritable file exits with 2 and one line."""
-    commands = {"demos": demos, "train": train, "evaluate": evaluate, "bench": bench}
+    commands = {
+        "demos": demos,
+        "train": train,
+        "evaluate": evaluate,
+        "figures": figures,
+        "bench": bench,
+    }
     try:
         tyro.extras.subcommand_cli_from_dict(
             commands,

@@ -15,6 +15,8 @@ from .policy import Params, per_task
 from .rollout import Rollout, collect
 from .validation import positive_count
 
+EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
+
 
 class AdaptationCurve(NamedTuple):
     """Rollouts on every task after 0, 1, 2, ... adaptation steps, and the policies that made them."""

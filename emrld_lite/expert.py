@@ -213,7 +213,7 @@ class Quality:
 
 POINT2D_QUALITIES = {
     "optimal": Quality(success_at_stop=2.0, action_noise=0.0, cut_distance=0.0),
-    "suboptimal": Quality(success_at_stop=0.5, action_noise=0.3, cut_distance=0.4),
+    "suboptimal": Quality(success_at_stop=0.5, action_noise=0.1, cut_distance=0.4),
 }
 
 

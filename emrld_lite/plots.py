@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import torch
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from .algorithms import ALGORITHMS
 from .envs.point2d import NEAR
+from .evaluate import EVALUATION_COLUMNS
 from .rollout import Rollout
+from .runs import load_run
+from .storage import read_csv
 from .train import Record
 
 # Okabe and Ito's colour-blind safe palette; one colour, line and marker an algorithm everywhere
@@ -125,3 +130,37 @@ def demonstration(states: torch.Tensor, axes: Axes, **look: object) -> None:
     """Draw one demonstrated path, (time, 2)."""
     look = {"color": DEMONSTRATION_COLOUR, "linewidth": 1.6, "linestyle": "--", **look}
     axes.plot(states[:, 0], states[:, 1], **look)
+
+
+def point2d_results(folder: Path) -> Figure:
+    """Draw the stored Point2D runs of ``folder``: training on the left, unseen goals on the right.
+
+    Optimal demonstrations; three seeds. Fig. 3, first column, for the algorithms there are.
+    """
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.6, 3.6))
+    stored = stored_seeds(folder, "point2d-optimal")
+    learning_curves(
+        {name: [load_run(run).curve for run in seeds] for name, seeds in stored.items()}, left
+    )
+    left.set_title("twelve training goals")
+    unseen = {
+        name: [returns_by_step(run / "unseen.csv") for run in seeds]
+        for name, seeds in stored.items()
+    }
+    adaptation_steps(unseen, right)
+    right.set_title("twenty unseen goals")
+    return figure
+
+
+def stored_seeds(folder: Path, prefix: str) -> dict[str, list[Path]]:
+    """Return the run folders of each algorithm, one a seed, for names like prefix-algorithm-seed0."""
+    found = {name: sorted(Path(folder).glob(f"{prefix}-{name}-seed*")) for name in LOOKS}
+    return {name: seeds for name, seeds in found.items() if seeds}
+
+
+def returns_by_step(path: Path) -> list[float]:
+    """Return the mean return over tasks after 0, 1, 2, ... adaptation steps of an evaluation."""
+    rows = read_csv(path, "evaluation", EVALUATION_COLUMNS)
+    steps = sorted({int(row["step"]) for row in rows})
+    by_step = [[float(row["return"]) for row in rows if int(row["step"]) == step] for step in steps]
+    return [float(np.mean(returns)) for returns in by_step]

@@ -36,13 +36,15 @@ def initialise(
     seed: int,
     hidden: tuple[int, ...] = (100, 100),
     learn_sigma: bool = True,
+    start: str = "biased",
 ) -> Params:
     """Return new parameters: Xavier-uniform weights, uniform biases, a small last layer, sigma = 1.
 
     The paper's meta-policies have two hidden layers of 100 ReLU units (appendix C); how they start
     is not said. With zero biases every unit is 0 at the origin, where all episodes begin, and
     cloning has nothing to hold on to there; with a last layer at a tenth of its size the first
-    actions are nearly centred. A policy without the entry "log_sigma" keeps sigma = 1 for ever, as
+    actions are nearly centred. ``start="xavier"`` is the released code's: zero biases, and a last
+    layer like the others. A policy without the entry "log_sigma" keeps sigma = 1 for ever, as
     the paper writes.
     """
     random = torch.Generator().manual_seed(seed)
@@ -53,8 +55,11 @@ def initialise(
         bias = 2.0 * torch.rand(fan_out, generator=random) - 1.0
         params[f"weight_{layer}"] = weight * math.sqrt(6.0 / (fan_in + fan_out))
         params[f"bias_{layer}"] = bias / math.sqrt(fan_in)
-    params[f"weight_{len(hidden)}"] *= 0.1
-    params[f"bias_{len(hidden)}"] *= 0.0
+    if start == "biased":
+        params[f"weight_{len(hidden)}"] *= 0.1
+    for name in params:
+        if name == f"bias_{len(hidden)}" or (start == "xavier" and name.startswith("bias")):
+            params[name] *= 0.0
     if learn_sigma:
         params["log_sigma"] = torch.zeros(action_dim)
     return params

@@ -60,6 +60,8 @@ class TrainConfig:
     """mean over the demonstration's steps (released code) or their sum (paper)."""
     learn_sigma: bool = True
     """Whether sigma is learned from 1 on (released code) or stays 1 (paper)."""
+    network_start: str = "biased"
+    """biased (biases and a small last layer) or xavier (released code: zero biases)."""
     step_rule: str = "at-most"
     """Length of a Point2D step: at-most 0.1 (paper) or exact 0.1 (released code)."""
     trust_region: TrustRegion = field(default_factory=TrustRegion)
@@ -77,6 +79,8 @@ class TrainConfig:
         real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
         if self.stop_at_return is not None:
             real_number("stop_at_return", self.stop_at_return)
+        known("network_start", self.network_start, ("biased", "xavier"))
+        self.environment()
         self.adaptation("optimal")
 
     def environment(self) -> Environment:
@@ -140,6 +144,7 @@ def meta_train(
             environment.action_dim,
             config.seed,
             learn_sigma=config.learn_sigma,
+            start=config.network_start,
         )
     meta_params = {name: value.to(device) for name, value in meta_params.items()}
     env_steps = history[-1].env_steps if history else 0

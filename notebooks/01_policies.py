@@ -83,7 +83,7 @@ box = torch.tensor([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
 axes.plot(*box.T, color="black", linewidth=1.2, label="what the robot can do")
 axes.set(xlabel="action $a_1$ (units of 0.1 length)", ylabel="action $a_2$ (units of 0.1 length)")
 axes.set_aspect("equal")
-axes.legend(loc="upper right")
+axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 plt.show()
 
 # %% [markdown]

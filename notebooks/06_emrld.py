@@ -15,7 +15,7 @@
 #
 # One policy. Twelve goals it must tell apart. A reward that is zero nearly everywhere, and a single
 # recorded path for each goal. In about a minute, on this machine, the policy will learn to look at one path, take
-# **one gradient step**, and walk to the goal. Without the paths, the same method learns nothing.
+# **one gradient step**, and walk to the goal. Without the paths, the same method gets nowhere near.
 #
 # **You will be able to**
 #
@@ -42,7 +42,7 @@ from emrld_lite.classroom import checks as check
 from emrld_lite.classroom import widgets
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.demonstrations import find
-from emrld_lite.rollout import collect, episode_returns
+from emrld_lite.rollout import Rollout, collect, episode_returns, take
 
 plots.use_style()
 torch.set_num_threads(runs.DEFAULT_THREADS)
@@ -140,7 +140,7 @@ clock.at("one adaptation step")
 if check.adaptation_step(adaptation_step):
     emrld = ALGORITHMS["emrld"].adaptation("optimal")
     scored = with_advantages(before, config.discount, config.gae_lambda)
-    one, data = train.take(scored, slice(3, 4)), demos["optimal"].take(slice(3, 4))
+    one, data = take(scored, slice(3, 4)), demos["optimal"].take(slice(3, 4))
     theta = policy.to_vector(meta_params).requires_grad_()
     ours = adaptation_step(
         theta,
@@ -263,7 +263,7 @@ exact = demos["optimal"].map(lambda values: values.double())
 dense = torch.Generator().manual_seed(3)  # random rewards: nothing would flow with none
 data = collect(environment, tasks, meta_params, 3, random)
 data = data._replace(rewards=torch.randn(data.rewards.shape, generator=dense) * data.mask)
-data = with_advantages(train.Rollout(*(part.double() for part in data[:5])), 0.95, 1.0)
+data = with_advantages(Rollout(*(part.double() for part in data[:5])), 0.95, 1.0)
 bundle = train.TaskData(data, data, exact)
 piece = train.surrogate_and_gradient(double, bundle, rule)
 theta = policy.to_vector(double)
@@ -413,19 +413,25 @@ plots.learning_curves(stored, axes)
 axes.set_title("Point2D, optimal demonstrations")
 plt.show()
 final = {
-    name: min(max(row.return_after for row in curve[-10:]) for curve in curves)
+    name: [sum(row.return_after for row in curve[-10:]) / 10 for curve in curves]
     for name, curves in stored.items()
 }
-assert final["emrld"] >= 70
-assert final["emrld-ws"] >= 70
-assert max(row.return_after for curve in stored["maml"] for row in curve[-10:]) < 5
-print("EMRLD and EMRLD-WS reach 70 with every seed; MAML stays under 5.")
+early = [curve[59].return_after for curve in stored["maml"]]  # after sixty iterations
+assert min(final["emrld"]) >= 70
+assert min(final["emrld-ws"]) >= 70
+assert max(early) < 5
+assert max(final["maml"]) < 10
+print("EMRLD and EMRLD-WS end at 70 or more with every seed.")
+print("MAML is under 5 after sixty iterations and under 10 at its end, with every seed.")
 
 # %% [markdown]
 # *Figure 5. Mean return after adaptation; lines are means over three seeds, bands reach from the lowest to the highest.*
 #
-# MAML runs the very same code with $w_{\mathrm{bc}} = 0$. With nothing rewarded its gradient is zero or pure chance. The demonstrations
-# change *where the adapted policy looks*; once a reward is found, RL does the rest. That is the paper's idea in one figure.
+# MAML runs the very same code with $w_{\mathrm{bc}} = 0$. When EMRLD-WS has already found its goals, MAML has seen a handful
+# of rewards by luck. Later these lucky episodes do teach it something: to walk up the middle, past the goals that
+# lie there, for about a tenth of the return of the others. (The paper's figure shows no learning at all; the
+# ledger has the row.) The demonstrations change *where the adapted policy looks*; once a reward is found, RL does the
+# rest. That is the paper's idea in one figure.
 #
 # ## Where paper and code differ
 #
@@ -441,7 +447,7 @@ print("EMRLD and EMRLD-WS reach 70 with every seed; MAML stays under 5.")
 #
 # - The adaptation step is one gradient of $w_{\mathrm{rl}} \mathcal L^{\mathrm{RL}} + w_{\mathrm{bc}} \mathcal L^{\mathrm{BC}}$; the warm start is one more.
 # - The meta-gradient goes through that step; finite differences agree.
-# - EMRLD-WS reaches a return of 70 on twelve sparse tasks in about a minute; MAML does not move.
+# - EMRLD-WS reaches a return of 70 on twelve sparse tasks in about a minute; MAML stays at a tenth of it.
 #
 # **Next** train it yourself: `python -m emrld_lite train --help`, then adapt to goals it has never seen with
 # `python -m emrld_lite evaluate`.

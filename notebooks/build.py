@@ -17,6 +17,7 @@ import re
 import shutil
 import sys
 import tempfile
+from html import escape
 from pathlib import Path
 
 import jupyter_server_mathjax
@@ -34,6 +35,7 @@ SOLUTION = re.compile(
 )
 BLANK = "raise NotImplementedError  # your code here"
 CELL_TIMEOUT = 600  # seconds
+NO_ALT = "No description has been provided for this image"  # what nbconvert writes
 
 
 def sources(names: list[str]) -> list[Path]:
@@ -75,7 +77,24 @@ def execute(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
     for cell in notebook.cells:
         if cell.cell_type == "code":
             cell.outputs = [without_widgets(output) for output in cell.outputs]
+    describe_figures(notebook)
     return notebook
+
+
+def describe_figures(notebook: nbformat.NotebookNode) -> None:
+    """Give every figure the caption that follows it as its alternative text."""
+    for position, cell in enumerate(notebook.cells):
+        caption = next(
+            (
+                match[1].replace("\n", " ")
+                for later in notebook.cells[position + 1 :]
+                if (match := re.match(r"\*(Figure .*?)\*(?:\n\n|$)", later.source, re.DOTALL))
+            ),
+            None,
+        )
+        for output in cell.get("outputs", []):
+            if "image/png" in output.get("data", {}) and caption:
+                output.metadata["image/png"] = {"alt": caption}
 
 
 def without_widgets(output: nbformat.NotebookNode) -> nbformat.NotebookNode:
@@ -159,6 +178,13 @@ def check(chosen: list[Path]) -> None:
     print(f"{len(chosen)} notebooks agree with their sources")
 
 
+def figure_texts(notebook: nbformat.NotebookNode) -> list[str]:
+    """Return the alternative texts of all figures, in order."""
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    pictures = [output for output in outputs if "image/png" in output.get("data", {})]
+    return [output.metadata.get("image/png", {}).get("alt", NO_ALT) for output in pictures]
+
+
 def page(source: Path, out: Path) -> None:
     """Run one notebook and write it as a page that needs no network, with its figures as PNG."""
     notebook = execute(read(source))
@@ -179,6 +205,8 @@ def page(source: Path, out: Path) -> None:
         embed_images=True,
     )
     html, _ = exporter.from_notebook_node(notebook)
+    for text_of_figure in figure_texts(notebook):  # nbconvert's template leaves them out
+        html = html.replace(f'alt="{NO_ALT}"', f'alt="{escape(text_of_figure)}"', 1)
     write(out / f"{source.stem}.html", html)
     print(f"{out / source.stem}.html and {len(list(figures.iterdir()))} figures in {figures}")
 

@@ -224,6 +224,7 @@ def test_nothing_rewarded_is_said_and_changes_nothing():
         ("discount", math.nan, "discount"),
         ("algorithm", "emrld_ws", "Did you mean 'emrld-ws'"),
         ("env", "point", "Did you mean 'point2d'"),
+        ("network_start", "xavir", "Did you mean 'xavier'"),
         ("bc_reduction", "meen", "Did you mean 'mean'"),
         ("w_rl", -1.0, "w_rl"),
         ("adapt_lr", math.inf, "adapt_lr"),
@@ -242,7 +243,13 @@ def test_demonstrations_of_another_environment_are_refused():
 
 @pytest.mark.parametrize(
     "switch",
-    [{"learn_sigma": False}, {"bc_reduction": "sum"}, {"step_rule": "exact"}, {"w_bc": 0.0}],
+    [
+        {"learn_sigma": False},
+        {"bc_reduction": "sum"},
+        {"step_rule": "exact"},
+        {"w_bc": 0.0},
+        {"network_start": "xavier"},
+    ],
     ids=str,
 )
 def test_every_switch_of_the_ledger_runs(tmp_path, switch):
@@ -297,7 +304,7 @@ def test_stored_runs_show_what_the_readme_says(name, low, high):
 
 
 def test_stored_runs_have_no_stray_files():
-    allowed = {"config.json", "curve.csv", "policy.safetensors", "provenance.json"}
+    allowed = {"config.json", "curve.csv", "policy.safetensors", "provenance.json", "unseen.csv"}
     for folder in runs.SHIPPED.iterdir():
         assert {path.name for path in folder.iterdir()} <= allowed
 
