@@ -59,7 +59,7 @@ def train(
     config: tyro.conf.OmitArgPrefixes[TrainConfig],
     out: Path,
     resume: bool = False,
-    threads: int = runs.DEFAULT_THREADS,
+    threads: int | None = None,
     device: str = "cpu",
 ) -> None:
     """Meta-train and store the run: config.json, curve.csv, policy.safetensors, provenance.json.
@@ -68,10 +68,10 @@ def train(
         config: everything that decides the run
         out: folder of the run
         resume: go on with a run that was stopped or killed
-        threads: CPU threads
+        threads: CPU threads; by default those of the resumed run, else 2 where that is faster than 1
         device: cpu or cuda
     """
-    torch.set_num_threads(positive_count("threads", threads))
+    _set_threads(threads or (runs.stored_threads(out) if resume else None), asked=threads)
     _check_device(device)
     last: Iterate | None = None
     with tqdm(total=config.iterations, unit="iteration", desc=config.algorithm) as bar:
@@ -141,17 +141,17 @@ def evaluate(
 
 def bench(
     iterations: int = 5,
-    threads: int = runs.DEFAULT_THREADS,
+    threads: int | None = None,
     tasks: tuple[int, ...] = (12, 24, 48, 96),
 ) -> None:
     """Measure seconds a meta-iteration by part, environment steps a second, memory, and growth.
 
     Args:
         iterations: meta-iterations to time, at full-length episodes
-        threads: CPU threads
+        threads: CPU threads; by default 2 where that is faster than 1
         tasks: numbers of tasks for the growth
     """
-    torch.set_num_threads(positive_count("threads", threads))
+    _set_threads(threads, asked=threads)
     benchmark.report(positive_count("iterations", iterations), tasks)
 
 
@@ -170,6 +170,13 @@ def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
         figure.savefig(content, format=suffix, metadata={"Date": None} if suffix == "svg" else None)
         storage.write_atomically(path, content.getvalue())
         print(path)
+
+
+def _set_threads(threads: int | None, asked: int | None) -> None:
+    """Use ``threads``, or as many as are fastest; a number ``asked`` for that is no count is refused."""
+    if asked is not None:
+        positive_count("threads", asked)
+    torch.set_num_threads(threads or runs.choose_threads())
 
 
 def _check_device(device: str) -> None:

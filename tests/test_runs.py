@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import policy, runs, storage, train
+from emrld_lite import plots, policy, runs, storage, train
 from emrld_lite.demonstrations import find
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
@@ -86,6 +86,13 @@ def test_a_run_is_not_overwritten_and_not_resumed_with_other_settings(tmp_path):
         runs.train_run(dataclasses.replace(SMALL, seed=5), tmp_path / "run", resume=True)
     with pytest.raises(InputError, match="nothing to resume"):
         runs.train_run(SMALL, tmp_path / "other", resume=True)
+
+
+def test_threads_are_chosen_and_remembered(tmp_path):
+    assert runs.choose_threads() in (1, 2)
+    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    assert runs.stored_threads(tmp_path / "run") == torch.get_num_threads()
+    assert runs.stored_threads(tmp_path / "none") is None
 
 
 def test_ctrl_c_leaves_a_whole_run_that_resumes(tmp_path):
@@ -296,11 +303,28 @@ def last_returns(name):
         ("point2d-optimal-emrld-ws", 70, 85),
         ("point2d-optimal-emrld", 70, 85),
         ("point2d-suboptimal-emrld", 60, 85),
-        ("point2d-optimal-maml", -1, 5),
+        ("point2d-optimal-maml", -1, 10),
+        ("point2d-optimal-maml-xavier", -1, 6),
     ],
 )
 def test_stored_runs_show_what_the_readme_says(name, low, high):
     assert all(low <= value <= high for value in last_returns(name))
+
+
+def test_maml_starves_as_the_ledger_says():
+    for seed in range(3):
+        curve = runs.load_run(runs.SHIPPED / f"point2d-optimal-maml-seed{seed}").curve
+        assert curve[59].return_after < 3
+    assert [round(v, 1) for v in last_returns("point2d-optimal-maml-xavier")] == [5.8, 0.4, 0.2]
+    assert all(8.2 < value < 8.8 for value in last_returns("point2d-optimal-maml"))
+
+
+@pytest.mark.parametrize("name", ["optimal-emrld-ws", "optimal-emrld", "suboptimal-emrld"])
+def test_one_step_on_unseen_goals_gives_nine_tenths(name):
+    for seed in range(3):
+        folder = runs.SHIPPED / f"point2d-{name}-seed{seed}"
+        unseen = plots.returns_by_step(folder / "unseen.csv")
+        assert unseen[1] >= 0.9 * runs.load_run(folder).curve[-1].return_after
 
 
 def test_stored_runs_have_no_stray_files():
