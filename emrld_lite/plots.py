@@ -106,7 +106,7 @@ def arena(axes: Axes, goals: torch.Tensor) -> None:
     axes.plot(2 * np.cos(angles), 2 * np.sin(angles), color="grey", linewidth=0.6, zorder=0)
     for x, y in goals.tolist():
         axes.add_patch(Circle((x, y), NEAR, color=GOAL_COLOUR, alpha=0.35, linewidth=0))
-        axes.plot(x, y, marker="*", color="black", markersize=8, linestyle="none")
+        axes.plot(x, y, marker="*", color="black", markersize=8, linestyle="none", zorder=5)
     axes.plot(0, 0, marker="x", color="black", markersize=7, linestyle="none")
     axes.set_aspect("equal")
     axes.set_xlim(-2.6, 2.6)

@@ -138,15 +138,14 @@ def meta_train(
     environment = config.environment()
     adaptation = config.adaptation(demonstrations.quality)
     demonstrations = demonstrations.to(device)
-    if meta_params is None:
-        meta_params = initialise(
-            environment.state_dim,
-            environment.action_dim,
-            config.seed,
-            learn_sigma=config.learn_sigma,
-            start=config.network_start,
-        )
-    meta_params = {name: value.to(device) for name, value in meta_params.items()}
+    start = initialise(
+        environment.state_dim,
+        environment.action_dim,
+        config.seed,
+        learn_sigma=config.learn_sigma,
+        start=config.network_start,
+    )
+    meta_params = own_memory(meta_params or start, order=start, device=device)
     env_steps = history[-1].env_steps if history else 0
     started = time.perf_counter() - (history[-1].seconds if history else 0.0)
     for iteration in range(len(history), config.iterations):
@@ -154,6 +153,7 @@ def meta_train(
         meta_params, before, after, step = meta_iteration(
             meta_params, environment, demonstrations, adaptation, config, random
         )
+        meta_params = own_memory(meta_params, order=start, device=device)
         env_steps += int(before.mask.sum() + after.mask.sum())
         record = Record(
             iteration=iteration,
@@ -169,6 +169,16 @@ def meta_train(
         yield Iterate(meta_params, record, before, after)
         if config.stop_at_return is not None and record.return_after >= config.stop_at_return:
             return
+
+
+def own_memory(params: Params, order: Params, device: str) -> Params:
+    """Return copies in the order of ``order``, each in memory of its own.
+
+    A product of matrices may differ in its last bit with where its operands lie, and a sum with its
+    order: without this, a policy read from a file would not train on bit for bit as one that
+    stayed in memory.
+    """
+    return {name: params[name].to(device, copy=True) for name in order}
 
 
 def iteration_generator(seed: int, iteration: int) -> torch.Generator:

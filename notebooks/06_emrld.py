@@ -325,9 +325,8 @@ for iterate in train.meta_train(config, demos["optimal"]):
     curve.add(iterate.record)
 curve.finish()
 seconds = time.perf_counter() - started
-print(
-    f"{len(curve.records)} meta-iterations in {seconds:.0f} s, return {iterate.record.return_after:.0f}"
-)
+print(f"{len(curve.records)} meta-iterations, return {iterate.record.return_after:.0f}")
+print("trained in less than two minutes:", seconds < 120)
 
 # %%
 trained = iterate.meta_params
@@ -340,8 +339,10 @@ print("mean return after one adaptation step is 70 or more:", last.return_after 
 # *Figure 2. Mean return over twelve training tasks and twenty episodes each, against meta-iterations, as measured on
 # the machine that ran this notebook.*
 #
-# The meta-policy does *not* become good at any task, and it must not: no single policy can walk to twelve goals.
-# It becomes easy to adapt. The gap between the two curves is what meta-learning has learned.
+# Both rise. The grey curve is the policy after the warm start, one cloning step on one path; in the first iterations
+# that step changes nothing one can see, and later it points the policy towards its goal. The coloured curve adds one
+# step on path and rewards together. The meta-policy they both start from does *not* become good at any task, and it
+# must not: no single policy can walk to twelve goals. It becomes easy to adapt, as the next figure shows.
 #
 # ## 5 · What one gradient step does
 #
@@ -387,16 +388,16 @@ print("each step raises the return:", returns[0] < returns[1] < returns[2])
 # before, solid: after). What happens with $w_{\mathrm{bc}} = 0$? With $w_{\mathrm{rl}} = 2$?
 
 # %% tags=["nbval-ignore-output"]
-widgets.adaptation_slider(environment, trained, demos["optimal"], rule)
+widgets.adaptation_slider(environment, trained, demos["optimal"], rule, task=8)
 
 # %%
 figure = widgets.adapted_paths(
-    environment, trained, demos["optimal"], rule, seed=0, task=0, w_rl=0.2, w_bc=1.0
+    environment, trained, demos["optimal"], rule, seed=0, task=8, w_rl=0.2, w_bc=1.0
 )
 figure
 
 # %% [markdown]
-# *Figure 4. The sliders' default, as a still picture: task 0 with the weights of Table 2.*
+# *Figure 4. The sliders' default, as a still picture: task 8 with the weights of Table 2.*
 #
 # ### And without demonstrations?
 #

@@ -59,6 +59,7 @@ def adaptation_slider(
     meta_params: Params,
     demonstrations: Demonstrations,
     adaptation: Adaptation,
+    task: int = 0,
     seed: int = 0,
 ) -> None:
     """Show sliders for w_rl, w_bc and the task, and the paths of the policy they adapt.
@@ -76,7 +77,7 @@ def adaptation_slider(
     ipywidgets.interact(
         show,
         task=ipywidgets.IntSlider(
-            value=0, min=0, max=len(demonstrations.tasks) - 1, continuous_update=False
+            value=task, min=0, max=len(demonstrations.tasks) - 1, continuous_update=False
         ),
         w_rl=ipywidgets.FloatSlider(value=adaptation.w_rl, **weight),
         w_bc=ipywidgets.FloatSlider(value=adaptation.w_bc, **weight),
