@@ -2,9 +2,10 @@
 
 Read the modules in the order the data flows through them::
 
-    envs -> policy -> rollout -> advantage -> losses -> adapt -> trpo -> algorithms -> train
+    envs -> policy -> rollout -> advantage -> losses -> adapt -> trpo -> meta_update -> algorithms -> train
 
-and then what surrounds the loop: ``demonstrations``, ``expert``, ``evaluate``, ``runs``, ``plots``.
+and then what surrounds the loop: ``demonstrations``, ``expert``,
+``demonstrator``, ``evaluate``, ``runs``, ``plots``.
 Tensor axes are always ``(task, episode, time, dim)``, in this order.
 
 The paper is Rengarajan, Chaudhary, Kim, Kalathil and Shakkottai, "Enhanced Meta Reinforcement

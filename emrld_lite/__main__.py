@@ -13,10 +13,10 @@ from tqdm import tqdm
 
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
-from . import expert as experts
-from . import plots, runs, storage
+from . import demonstrator, plots, runs, storage
 from .envs import make
 from .evaluate import EVALUATION_COLUMNS, AdaptationCurve, adaptation_curve, steps_to_goal
+from .expert import ExpertConfig
 from .rollout import Rollout, episode_returns
 from .train import Iterate, TrainConfig
 from .validation import InputError, known, positive_count
@@ -40,18 +40,18 @@ def demos(env: str, quality: str, out: Path, seed: int = 0, expert_out: Path | N
         seed: seed of the expert and of the demonstrations
         expert_out: where to keep the expert's policy too, .safetensors
     """
-    config = experts.ExpertConfig(env=env, seed=seed)
+    config = ExpertConfig(env=env, seed=seed)
     known("quality", quality, demonstration_files.QUALITIES)
     _refuse_suffix(out, ".npz")
     with tqdm(total=config.iterations, unit="iteration", desc=f"expert {env} {quality}") as bar:
-        for iterate in experts.train_to_quality(config, quality):
+        for iterate in demonstrator.train_to_quality(config, quality):
             bar.set_postfix_str(f"success {iterate.success:.2f}")
             bar.update()
     tasks = make(env).training_tasks()
-    made = experts.demonstrate(iterate.params, env, tasks, quality, seed)
+    made = demonstrator.demonstrate(iterate.params, env, tasks, quality, seed)
     demonstration_files.save(out, made)
     if expert_out is not None:
-        experts.save_expert(expert_out, iterate.params, config, quality)
+        demonstrator.save_expert(expert_out, iterate.params, config, quality)
     print(f"{out}: {len(tasks)} {quality} demonstrations. {made.maker}")
 
 
@@ -119,8 +119,8 @@ def evaluate(
     if demos is None:
         random = np.random.default_rng(positive_count("seed", seed, minimum=0))
         unseen = environment.sample_tasks(tasks, random)
-        expert = experts.load_or_train_expert(stored.config.env, quality)
-        demonstrations = experts.demonstrate(expert, stored.config.env, unseen, quality, seed)
+        expert = demonstrator.load_or_train_expert(stored.config.env, quality)
+        demonstrations = demonstrator.demonstrate(expert, stored.config.env, unseen, quality, seed)
     else:
         demonstrations = demonstration_files.load(Path(demos), stored.config.env)
     curve = adaptation_curve(

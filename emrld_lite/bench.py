@@ -11,8 +11,8 @@ import numpy as np
 import torch
 
 from . import timing
+from .demonstrator import demonstrate, load_or_train_expert
 from .envs import make
-from .expert import demonstrate, load_or_train_expert
 from .policy import initialise
 from .train import TrainConfig, iteration_generator, meta_iteration
 

@@ -34,7 +34,7 @@ import time
 import matplotlib.pyplot as plt
 import torch
 
-from emrld_lite import losses, plots, policy, runs, train
+from emrld_lite import losses, meta_update, plots, policy, runs, train
 from emrld_lite.adapt import adapt, warm_start
 from emrld_lite.advantage import with_advantages
 from emrld_lite.algorithms import ALGORITHMS
@@ -264,8 +264,8 @@ dense = torch.Generator().manual_seed(3)  # random rewards: nothing would flow w
 data = collect(environment, tasks, meta_params, 3, random)
 data = data._replace(rewards=torch.randn(data.rewards.shape, generator=dense) * data.mask)
 data = with_advantages(Rollout(*(part.double() for part in data[:5])), 0.95, 1.0)
-bundle = train.TaskData(data, data, exact)
-piece = train.surrogate_and_gradient(double, bundle, rule)
+bundle = meta_update.TaskData(data, data, exact)
+piece = meta_update.surrogate_and_gradient(double, bundle, rule)
 theta = policy.to_vector(double)
 direction = torch.randn(theta.shape, generator=dense, dtype=torch.float64)
 
@@ -273,7 +273,7 @@ direction = torch.randn(theta.shape, generator=dense, dtype=torch.float64)
 def nudged(amount):
     """Return the summed surrogate of the meta-parameter moved along the direction."""
     moved = policy.from_vector(theta + amount * direction, double)
-    return train.chunk_surrogate_and_kl(moved, bundle, piece.old, rule)[0]
+    return meta_update.chunk_surrogate_and_kl(moved, bundle, piece.old, rule)[0]
 
 
 slope = (nudged(1e-7) - nudged(-1e-7)) / 2e-7  # a longer nudge would cross corners of the relus
@@ -299,7 +299,7 @@ before = with_advantages(before, config.discount, config.gae_lambda)
 task_params = adapt(meta_params, before, data, rule)  # line 7
 after = collect(environment, data.tasks, task_params, config.episodes, random)  # line 8
 after = with_advantages(after, config.discount, config.gae_lambda)
-by_hand, step = train.meta_update(  # line 10
+by_hand, step = meta_update.meta_update(  # line 10
     meta_params, before, after, data, rule, config.trust_region, random
 )
 

@@ -14,7 +14,7 @@ from torch.distributions.kl import kl_divergence as library_kl
 from emrld_lite import advantage, losses, policy, rollout, trpo
 from emrld_lite.adapt import Adaptation, adapt, warm_start
 from emrld_lite.envs import make
-from emrld_lite.train import TaskData, chunk_surrogate_and_kl, surrogate_and_gradient
+from emrld_lite.meta_update import TaskData, chunk_surrogate_and_kl, surrogate_and_gradient
 from emrld_lite.validation import InputError
 
 from .conftest import random_demonstrations, random_params, random_rollout

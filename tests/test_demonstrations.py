@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import demonstrations, expert
+from emrld_lite import demonstrations, demonstrator, expert
 from emrld_lite.envs import make
 from emrld_lite.validation import InputError
 
@@ -143,10 +143,10 @@ def test_no_shipped_suboptimal_demonstration_earns_a_reward():
 
 def test_experts_demonstrate_unseen_goals_on_demand():
     goals = make("point2d").sample_tasks(20, np.random.default_rng(11))
-    params = expert.load_or_train_expert("point2d", "optimal")
-    data = expert.demonstrate(params, "point2d", goals, "optimal", seed=0)
+    params = demonstrator.load_or_train_expert("point2d", "optimal")
+    data = demonstrator.demonstrate(params, "point2d", goals, "optimal", seed=0)
     assert all(replayed_reward(data, task)[1] for task in range(20))
-    again = expert.demonstrate(params, "point2d", goals, "optimal", seed=0)
+    again = demonstrator.demonstrate(params, "point2d", goals, "optimal", seed=0)
     assert torch.equal(data.actions, again.actions)
 
 
@@ -158,8 +158,8 @@ def test_expert_training_improves_on_the_dense_reward():
 
 def test_an_expert_of_another_kind_is_refused(tmp_path):
     config = expert.ExpertConfig()
-    expert.save_expert(
+    demonstrator.save_expert(
         tmp_path / "e.safetensors", {"weight_0": torch.ones(2, 2)}, config, "optimal"
     )
     with pytest.raises(InputError, match="quality: expected 'suboptimal', got 'optimal'"):
-        expert.load_expert(tmp_path / "e.safetensors", "point2d", "suboptimal")
+        demonstrator.load_expert(tmp_path / "e.safetensors", "point2d", "suboptimal")

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import plots, policy, runs, storage, train
+from emrld_lite import meta_update, plots, policy, runs, storage, train
 from emrld_lite.demonstrations import find
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
@@ -194,13 +194,13 @@ def test_damaged_runs_are_refused_by_file_and_field(tmp_path, damage, words):
 
 
 def test_a_non_finite_update_never_reaches_the_policy(tmp_path, monkeypatch):
-    original = train.surrogate_and_gradient
+    original = meta_update.surrogate_and_gradient
 
     def broken(*arguments):
         piece = original(*arguments)
         return piece._replace(gradient=piece.gradient * math.nan)
 
-    monkeypatch.setattr(train, "surrogate_and_gradient", broken)
+    monkeypatch.setattr(meta_update, "surrogate_and_gradient", broken)
     run = runs.train_run(SMALL, tmp_path / "run")
     start = policy.initialise(2, 2, seed=0)
     assert all(torch.equal(run.meta_params[name], start[name]) for name in start)
