@@ -25,7 +25,8 @@ run: setup
 	$(BIN)/python notebooks/build.py --page 06 --out build
 	@echo "open build/06_emrld.html"
 
-# Lint, unit and property tests, drift check, then every notebook run again and compared.
+# Lint, unit and property tests, drift check, then every notebook run again and compared; the student
+# versions run too, blanks and all.
 test: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .

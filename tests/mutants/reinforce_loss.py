@@ -25,4 +25,4 @@ def detached(log_probs, returns, mask):
 
 def a_float(log_probs, returns, mask):
     """as a tensor, got float"""
-    return float(-(log_probs * returns * mask).sum() / mask.sum())
+    return float(-(log_probs * returns * mask).detach().sum() / mask.sum())
