@@ -88,7 +88,11 @@ class TrainConfig:
 
 
 class Record(NamedTuple):
-    """One row of ``curve.csv``; returns are means over tasks and episodes, undiscounted."""
+    """One row of ``curve.csv``; returns are means over tasks and episodes, undiscounted.
+
+    ``return_before`` is that of D^tr, so of the warm-started policy in EMRLD-WS; ``return_after`` and
+    ``success_after`` are those of D^val.
+    """
 
     iteration: int
     seconds: float

@@ -119,10 +119,15 @@ print("episodes that see a reward: under 5 in a hundred")
 #
 # <details><summary>Hint 1: which torch function?</summary>
 #
-# `torch.autograd.grad(loss, theta)` returns a tuple with the gradient.</details>
+# `torch.autograd.grad(loss, theta)` returns a tuple with the gradient.
+#
+# </details>
+#
 # <details><summary>Hint 2: it works, but the check says "first-order"</summary>
 #
-# By default the gradient comes back as a bare number. `create_graph=True` keeps how it depends on theta.</details>
+# By default the gradient comes back as a bare number. `create_graph=True` keeps how it depends on theta.
+#
+# </details>
 
 
 # %% tags=["exercise-adaptation"]
@@ -170,10 +175,15 @@ if check.adaptation_step(adaptation_step):
 #
 # <details><summary>Hint 1: can I use Exercise 1?</summary>
 #
-# Yes: its second half *is* Exercise 1, from another start.</details>
+# Yes: its second half *is* Exercise 1, from another start.
+#
+# </details>
+#
 # <details><summary>Hint 2: does the first step carry a weight?</summary>
 #
-# No. The paper's warm start is plain $\nabla \mathcal L^{\mathrm{BC}}$, without $w_{\mathrm{bc}}$.</details>
+# No. The paper's warm start is plain $\nabla \mathcal L^{\mathrm{BC}}$, without $w_{\mathrm{bc}}$.
+#
+# </details>
 
 
 # %% tags=["exercise-warm-start"]
@@ -225,10 +235,15 @@ for row in ALGORITHMS.values():
 #
 # <details><summary>Hint 1: a ratio from logs</summary>
 #
-# $\pi_{\mathrm{new}} / \pi_{\mathrm{old}} = \exp(\log \pi_{\mathrm{new}} - \log \pi_{\mathrm{old}})$</details>
+# $\pi_{\mathrm{new}} / \pi_{\mathrm{old}} = \exp(\log \pi_{\mathrm{new}} - \log \pi_{\mathrm{old}})$
+#
+# </details>
+#
 # <details><summary>Hint 2: which mean?</summary>
 #
-# Over the steps that were taken, as in notebook 01: divide by the sum of the mask.</details>
+# Over the steps that were taken, as in notebook 01: divide by the sum of the mask.
+#
+# </details>
 
 
 # %% tags=["exercise-surrogate"]
