@@ -102,21 +102,15 @@ plt.show()
 # a valid parameter.
 #
 # <details><summary>Hint 1: I do not know where to start</summary>
-#
 # Take the logarithm of the one-dimensional density: it has three terms.
-#
 # </details>
 #
 # <details><summary>Hint 2: my numbers have one axis too many</summary>
-#
 # Independent dimensions multiply their densities, so their logs add: sum over the last axis.
-#
 # </details>
 #
 # <details><summary>Hint 3: nearly the solution</summary>
-#
 # $\sum_j \big[-\tfrac12 \big(\tfrac{a_j-\mu_j}{\sigma_j}\big)^2 - \log\sigma_j - \tfrac12\log 2\pi\big]$
-#
 # </details>
 
 
@@ -214,15 +208,11 @@ print(f"the goal is 2 away; the mean distance from the start at the end is {dist
 # to come, $G_t = \sum_{k \ge t} \gamma^{k-t} R_k$, with the discount $\gamma < 1$ (0.95 in the paper's Table 2).
 #
 # <details><summary>Hint 1: a double loop feels clumsy</summary>
-#
 # Write $G_t$ in terms of $G_{t+1}$: a single loop backwards in time is enough.
-#
 # </details>
 #
 # <details><summary>Hint 2: nearly the solution</summary>
-#
 # $G_t = R_t + \gamma\, G_{t+1}$, starting from $G_T = 0$ after the last step.
-#
 # </details>
 
 
@@ -297,16 +287,12 @@ for name, value in (("finite differences", differences), ("REINFORCE", reinforce
 # an episode's end. $G_t$ is a number, not something to differentiate.
 #
 # <details><summary>Hint 1: why "mean over the steps that were taken"?</summary>
-#
 # Episodes end at different times but share one tensor. What lies after the end is padding; it must
 # neither add to the sum nor to the count.
-#
 # </details>
 #
 # <details><summary>Hint 2: nearly the solution</summary>
-#
 # $-\dfrac{\sum_{e,t} m_{e,t}\, \log\pi_\theta(a_{e,t} \mid s_{e,t})\, G_{e,t}}{\sum_{e,t} m_{e,t}}$
-#
 # </details>
 
 
@@ -405,15 +391,11 @@ print(f"the baseline explains more than half of the returns' variance: {bool(exp
 # *Difficulty 2 of 3, 10 minutes.* The value after the last step is 0.
 #
 # <details><summary>Hint 1: the sum looks familiar</summary>
-#
 # It is a discounted sum of the residuals with the discount $\gamma\lambda$: you have written that loop.
-#
 # </details>
 #
 # <details><summary>Hint 2: V of the next state</summary>
-#
 # Shift the values by one step in time and put a column of zeros at the end.
-#
 # </details>
 
 

@@ -118,15 +118,11 @@ print("episodes that see a reward: under 5 in a hundred")
 # The meta-update will differentiate *through* your step, so the gradient must itself stay in the graph.
 #
 # <details><summary>Hint 1: which torch function?</summary>
-#
-# `torch.autograd.grad(loss, theta)` returns a tuple with the gradient.
-#
+# <code>torch.autograd.grad(loss, theta)</code> returns a tuple with the gradient.
 # </details>
 #
 # <details><summary>Hint 2: it works, but the check says "first-order"</summary>
-#
-# By default the gradient comes back as a bare number. `create_graph=True` keeps how it depends on theta.
-#
+# By default the gradient comes back as a bare number. <code>create_graph=True</code> keeps how it depends on theta.
 # </details>
 
 
@@ -174,15 +170,11 @@ if check.adaptation_step(adaptation_step):
 # *Difficulty 2 of 3, 5 minutes.* Write (ws). It has a step more and nothing new.
 #
 # <details><summary>Hint 1: can I use Exercise 1?</summary>
-#
-# Yes: its second half *is* Exercise 1, from another start.
-#
+# Yes: its second half <em>is</em> Exercise 1, from another start.
 # </details>
 #
 # <details><summary>Hint 2: does the first step carry a weight?</summary>
-#
 # No. The paper's warm start is plain $\nabla \mathcal L^{\mathrm{BC}}$, without $w_{\mathrm{bc}}$.
-#
 # </details>
 
 
@@ -234,15 +226,11 @@ for row in ALGORITHMS.values():
 # *Difficulty 1 of 3, 5 minutes.* You get log-densities, as always.
 #
 # <details><summary>Hint 1: a ratio from logs</summary>
-#
 # $\pi_{\mathrm{new}} / \pi_{\mathrm{old}} = \exp(\log \pi_{\mathrm{new}} - \log \pi_{\mathrm{old}})$
-#
 # </details>
 #
 # <details><summary>Hint 2: which mean?</summary>
-#
 # Over the steps that were taken, as in notebook 01: divide by the sum of the mask.
-#
 # </details>
 
 
@@ -268,8 +256,7 @@ if check.surrogate(surrogate):
 
 # %% [markdown]
 # **Is the meta-gradient right?** We nudge $\theta$ a little in a random direction, redo the adaptation, and look at how the
-# surrogate changes. In double precision the two numbers must agree to many digits. And how much of the
-# gradient would be lost without the second derivatives?
+# surrogate changes. In double precision the two numbers must agree to many digits.
 
 # %% tags=["meta-gradient-check"]
 rule = config.adaptation("optimal")  # EMRLD-WS
