@@ -35,10 +35,6 @@ SOLUTION = re.compile(
 )
 BLANK = "raise NotImplementedError  # your code here"
 CELL_TIMEOUT = 600  # seconds
-# browsers differ in the fonts they have for native MathML; MathJax brings its own for HTML
-MATHJAX_SETTINGS = """<script type="text/x-mathjax-config">
-MathJax.Hub.Config({MMLorHTML: {prefer: {Firefox: "HTML", Safari: "HTML", other: "HTML"}}});
-</script>"""
 NO_ALT = "No description has been provided for this image"  # what nbconvert writes
 
 
@@ -209,7 +205,6 @@ def page(source: Path, out: Path) -> None:
         embed_images=True,
     )
     html, _ = exporter.from_notebook_node(notebook)
-    html = html.replace("<head>", f"<head>\n{MATHJAX_SETTINGS}", 1)
     for text_of_figure in figure_texts(notebook):  # nbconvert's template leaves them out
         html = html.replace(f'alt="{NO_ALT}"', f'alt="{escape(text_of_figure)}"', 1)
     write(out / f"{source.stem}.html", html)
