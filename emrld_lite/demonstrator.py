@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +25,7 @@ class Quality:
     """What turns an expert's training into demonstrations of one quality (section 4.1)."""
 
     success_at_stop: float
-    """Training stops at the first iteration with this success rate on the dense task."""
+    """Training stops at the first iteration with this success rate on the dense task; inf: never early."""
     action_noise: float
     """Standard deviation of noise added to the policy's mean action, in units of the action range."""
     cut_distance: float
@@ -32,7 +33,7 @@ class Quality:
 
 
 POINT2D_QUALITIES = {
-    "optimal": Quality(success_at_stop=2.0, action_noise=0.0, cut_distance=0.0),
+    "optimal": Quality(success_at_stop=math.inf, action_noise=0.0, cut_distance=0.0),
     "suboptimal": Quality(success_at_stop=0.5, action_noise=0.1, cut_distance=0.4),
 }
 

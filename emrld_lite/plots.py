@@ -77,12 +77,10 @@ def learning_curves(curves: Mapping[str, Sequence[Sequence[Record]]], axes: Axes
     axes.legend(loc="best")
 
 
-def adaptation_steps(
-    curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes, ceiling: float | None = None
-) -> None:
+def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes) -> None:
     """Draw mean returns on unseen tasks over adaptation steps, one sequence of returns a seed.
 
-    ``ceiling`` marks the demonstrator's return. Fig. 3 and 4, bottom row.
+    Bands reach from the lowest to the highest seed. Fig. 3 and 4, bottom row.
     """
     for algorithm, seeds in curves.items():
         returns = np.array(seeds)
@@ -91,9 +89,6 @@ def adaptation_steps(
         axes.fill_between(
             steps, returns.min(0), returns.max(0), color=LOOKS[algorithm]["color"], alpha=0.15
         )
-    if ceiling is not None:
-        axes.axhline(ceiling, color="grey", linewidth=1, linestyle=(0, (1, 2)))
-        axes.annotate("demonstrator", (0, ceiling), xytext=(0, -12), textcoords="offset points")
     axes.set_xlabel("adaptation steps")
     axes.set_ylabel("mean return on unseen goals")
     axes.set_xticks(range(returns.shape[1]))

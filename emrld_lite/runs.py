@@ -162,9 +162,8 @@ def _names(config: TrainConfig) -> list[str]:
 def choose_threads() -> int:
     """Return 2 if two torch threads are faster than one right now, else 1.
 
-    On a quiet machine two threads save a third of the time; while another process holds a core they
-    wait for each other at every operation and cost several times as much. A fifth of a second of
-    the rollout's kind of work tells.
+    On a quiet machine two threads are faster; while another process holds a core they wait for each
+    other at every operation and are slower than one. A little work of the losses' kind tells.
     """
     if (os.cpu_count() or 1) < 2:
         return 1
