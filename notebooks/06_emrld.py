@@ -106,7 +106,7 @@ print("episodes that see a reward: under 5 in a hundred")
 # Starting from the *meta-parameter* $\theta_k$ of iteration $k$, task $i$ gets
 #
 # $$\theta_{k,i} = \theta_k - \alpha\, \nabla_\theta \Big( w_{\mathrm{rl}}\, \mathcal L^{\mathrm{RL}}_i(\theta; \mathcal D^{\mathrm{tr}}_i)
-# + w_{\mathrm{bc}}\, \mathcal L^{\mathrm{BC}}_i(\theta; \mathcal D^{\mathrm{dem}}_i) \Big) \Big|_{\theta = \theta_k} . \tag{adapt}$$
+# + w_{\mathrm{bc}}\, \mathcal L^{\mathrm{BC}}_i(\theta; \mathcal D^{\mathrm{dem}}_i) \Big) \Big|_{\theta = \theta_k} . \qquad\text{(adapt)}$$
 #
 # $\mathcal D^{\mathrm{tr}}_i$ are trajectories of the meta-policy $\pi_{\theta_k}$ in task $i$, $\alpha = 0.01$ is the adaptation learning
 # rate, $\mathcal L^{\mathrm{RL}}_i = -\operatorname{mean}(\log \pi_\theta(a \mid s)\, \hat A)$ is the loss of notebook 01 with advantages $\hat A$, and
@@ -160,7 +160,7 @@ if check.adaptation_step(adaptation_step):
 # **EMRLD-WS** (warm start) puts one cloning step in front, with the same $\alpha$:
 #
 # $$\tilde\theta_{k,i} = \theta_k - \alpha\, \nabla_\theta \mathcal L^{\mathrm{BC}}_i(\theta; \mathcal D^{\mathrm{dem}}_i) \big|_{\theta = \theta_k},
-# \qquad \text{then (adapt) starting from } \tilde\theta_{k,i} . \tag{ws}$$
+# \qquad \text{then (adapt) starting from } \tilde\theta_{k,i} . \qquad\text{(ws)}$$
 #
 # The trajectories $\mathcal D^{\mathrm{tr}}_i$ are then collected with $\pi_{\tilde\theta_{k,i}}$, which already leans towards the goal: they are
 # more likely to contain a reward.
@@ -210,7 +210,7 @@ for row in ALGORITHMS.values():
 # After adaptation we collect $\mathcal D^{\mathrm{val}}_i$ with the adapted policies $\pi_{\theta_{k,i}}$ and ask: how should the *meta*-parameter
 # move so that these adapted policies earn more? The paper's answer is
 #
-# $$\theta_{k+1} = \theta_k - \beta\, \nabla_\theta \sum_i \mathcal L^{\mathrm{RL}}_i\big(\theta_{k,i}(\theta);\, \mathcal D^{\mathrm{val}}_i\big), \tag{meta}$$
+# $$\theta_{k+1} = \theta_k - \beta\, \nabla_\theta \sum_i \mathcal L^{\mathrm{RL}}_i\big(\theta_{k,i}(\theta);\, \mathcal D^{\mathrm{val}}_i\big), \qquad\text{(meta)}$$
 #
 # where $\theta_{k,i}(\theta)$ is the whole adaptation step as a function of where it starts. Its Jacobian is
 # $I - \alpha \nabla^2(\dots)$: *second derivatives*. They carry the message "be a policy whose gradient is useful", and no

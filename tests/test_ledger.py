@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from emrld_lite.tabular.proof import RULES
 from emrld_lite.train import TrainConfig
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -59,6 +60,11 @@ def test_a_row_points_at_something(row):
 
 def test_ids_are_unique():
     assert len({row["id"] for row in ROWS}) == len(ROWS)
+
+
+def test_every_line_of_the_proof_has_a_row():
+    ids = {row["id"] for row in ROWS}
+    assert {f"proof-{name.replace('_', '-')}" for name in RULES} <= ids
 
 
 def test_a_row_that_points_nowhere_would_fail():

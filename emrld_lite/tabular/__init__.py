@@ -4,7 +4,15 @@ Reads in the order mdp, theorem, proof, families, emrld. Nothing here samples a 
 """
 
 from .emrld import ExactIterate, ExactMetaRL, exact_meta_train
-from .families import LEFT_RIGHT, gridworld, many_families, mixed, random_family, slippery_pair
+from .families import (
+    LEFT_RIGHT,
+    corridor_step,
+    gridworld,
+    many_families,
+    mixed,
+    random_family,
+    slippery_pair,
+)
 from .mdp import TabularMDP, optimal_policy
 from .proof import Claims, ProofLine, proof_lines
 from .theorem import MetaStep, RelatedBounds, Theorem1, related_bounds, theorem_1
@@ -19,6 +27,7 @@ __all__ = [
     "RelatedBounds",
     "TabularMDP",
     "Theorem1",
+    "corridor_step",
     "exact_meta_train",
     "gridworld",
     "many_families",

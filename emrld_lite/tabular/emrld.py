@@ -19,6 +19,7 @@ from .mdp import TabularMDP, expect_shape, numbers
 from .theorem import MetaStep, Policies, RelatedBounds, Theorem1, related_of, theorem_of
 
 INNER_LOSSES = ("exact", "log", "ratio")
+HALVINGS = 20  # of the meta step before it is given up
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +121,8 @@ def exact_meta_train(
 ) -> Iterator[ExactIterate]:
     """Yield the iterates of theta <- theta + beta grad J_meta(theta), from theta = 0.
 
-    Equation (meta-update-emrld) with ``meta_lr`` for beta, and a constant one: no trust region, so a
-    step may be too long. Raises InputError for numbers that cannot be used.
+    Equation (meta-update-emrld). beta is ``meta_lr``, halved until J_meta does not fall: the exact
+    counterpart of TRPO's line search. Raises InputError for numbers that cannot be used.
     """
     real_number("meta_lr", meta_lr, minimum=0.0)
     positive_count("iterations", iterations)
@@ -129,8 +130,7 @@ def exact_meta_train(
     demonstrator = float(problem._solved.objective(problem._solved.demo))
     old = problem.adapt(theta).softmax(-1)
     for iteration in range(iterations):
-        following = theta + meta_lr * problem.meta_gradient(theta)
-        new = problem.adapt(following).softmax(-1)
+        following, new = _meta_step(problem, theta, meta_lr)
         step = MetaStep.of(problem.mdps, problem.task_weights, old, new, problem.demo)
         yield ExactIterate(
             iteration,
@@ -141,3 +141,14 @@ def exact_meta_train(
             related_of(step),
         )
         theta, old = following, new
+
+
+def _meta_step(problem: ExactMetaRL, theta: Tensor, meta_lr: float) -> tuple[Tensor, Tensor]:
+    """Return the next theta and its adapted policies, (task, state, action)."""
+    gradient, before = problem.meta_gradient(theta), problem.meta_objective(theta)
+    for halvings in range(HALVINGS):
+        following = theta + meta_lr * 0.5**halvings * gradient
+        new = problem.adapt(following).softmax(-1)
+        if problem._solved.objective(new) >= before:
+            return following, new
+    return theta, problem.adapt(theta).softmax(-1)

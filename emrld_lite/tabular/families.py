@@ -142,6 +142,28 @@ def mixed(policy: Tensor, noise: float) -> Tensor:
     return (1 - noise) * policy + noise / policy.shape[-1]
 
 
+def corridor_step(
+    quality: float = 0.8, share: float = 0.5, discount: float = 0.9, stubbornness: float = 0.0
+) -> Family:
+    """Return two tasks on five cells in a row, and a step from a coin-tossing policy to a demonstrator.
+
+    The goals are the two ends, the walk begins in the middle and begins again at the goal. The
+    demonstrator makes the right move with probability (1 + ``quality``) / 2; but in the cell before the
+    left goal it makes the wrong one with probability ``stubbornness`` in place of that. The new policy is
+    the old one with ``share`` of the demonstrator mixed in.
+    """
+    for name, value in (("quality", quality), ("share", share), ("stubbornness", stubbornness)):
+        real_number(name, value, minimum=0.0, maximum=1.0)
+    mdps = gridworld(1, 5, [(0, 0), (0, 4)], (0, 2), discount, moves=LEFT_RIGHT)
+    coin = torch.full((5, 2), 0.5, dtype=torch.float64)
+    left, right = [(1, 0)] * 5, [(0, 1)] * 5
+    demo = [mixed(torch.tensor(best, dtype=torch.float64), 1 - quality) for best in (left, right)]
+    if stubbornness:
+        demo[0][1] = torch.tensor([1 - stubbornness, stubbornness])
+    new = [(1 - share) * coin + share * policy for policy in demo]
+    return mdps, torch.tensor([0.5, 0.5]), [coin, coin], new, demo
+
+
 def slippery_pair(discount: float = 0.9, slip: float = 0.1, lead: float = 0.25) -> Family:
     """Return the two-state family on which Theorem 1 fails under the demonstrator's states.
 

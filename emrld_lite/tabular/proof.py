@@ -12,6 +12,27 @@ from torch import Tensor
 from .mdp import TabularMDP, expect_shape, numbers
 from .theorem import MetaStep, Policies, total_variation
 
+RULES = {
+    "objective": "start values are discounted sums of rewards over the visits",
+    "lemma_1": "performance difference lemma, in each task: the values telescope",
+    "meta_definition": "definition of J_meta",
+    "meta_linearity": "an expectation of a difference is the difference of expectations",
+    "meta_lemma": "Lemma 1 inside the expectation over tasks",
+    "meta_joint": "two expectations make one joint one",
+    "add_and_subtract": "add and subtract the same expectation under the old visits",
+    "inter": "collect the two expectations that share their actions",
+    "second_term": "new = demo + (new - demo) under new visits, new = old + (new - old) under old",
+    "a_assumption": "Assumption 1: a mean is at least the minimum",
+    "a_zero": "an advantage has mean 0 under its own policy",
+    "a_absolute_demo": "a sum is at least minus the sum of absolute values",
+    "a_absolute_old": "the same under the old visits",
+    "a": "the four facts above, added up",
+    "b_demo": "Hoelder: |A| <= C1, and the absolute differences sum to 2 D_TV",
+    "b_old": "the same under the old visits",
+    "b": "both together (the paper writes =)",
+    "theorem": "insert (b) in (inter) and divide by 1 - gamma",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class Claims:
@@ -41,15 +62,16 @@ class ProofLine(NamedTuple):
     rule: str
     """The one rule that the line uses."""
 
-    def holds(self, tolerance: float = 1e-9) -> bool:
-        """Return whether the relation holds to ``tolerance``, relative to the size of the sides."""
+    @property
+    def slack(self) -> Tensor:
+        """How far the relation holds, relative to the sides (or to 1); negative where it fails."""
         scale = torch.maximum(self.left.abs(), self.right.abs()).clamp(min=1.0)
-        slack = (self.left - self.right) / scale
-        if self.relation == "=":
-            slack = -slack.abs()
-        elif self.relation == "<=":
-            slack = -slack
-        return bool((slack >= -tolerance).all())
+        difference = (self.left - self.right) / scale
+        return {"=": -difference.abs(), ">=": difference, "<=": -difference}[self.relation]
+
+    def holds(self, tolerance: float = 1e-9) -> bool:
+        """Return whether the relation holds everywhere to ``tolerance``."""
+        return bool((self.slack >= -tolerance).all())
 
 
 def proof_lines(
@@ -125,135 +147,53 @@ def _claimed_advantage(step: MetaStep, claims: Claims) -> Tensor:
 
 def _performance_difference(step: MetaStep, terms: _Terms) -> list[ProofLine]:
     """Return Lemma 1 and the meta version, equation (meta-PDL)."""
-    tasks, horizon = step.tasks, 1 / (1 - step.discount)
-    earned = horizon * (step.visits_new * (step.new * tasks.reward).sum(-1)).sum(-1)
-    by_task = tasks.objective(step.new) - tasks.objective(step.old)  # (task, ...)
+    tasks, scale = step.tasks, 1 - step.discount
+    start = tasks.objective(step.new)  # (task, ...)
+    earned = (step.visits_new * (step.new * tasks.reward).sum(-1)).sum(-1) / scale
+    by_task = start - tasks.objective(step.old)
+    separate = step.mean(start) - step.mean(tasks.objective(step.old))
     inner = (step.visits_new * (step.new * terms.advantage).sum(-1)).sum(-1)  # (task, ...)
     joint = step.weights[..., None, None] * step.visits_new[..., None] * step.new
     together = (joint * terms.advantage).sum((-2, -1)).sum(0)
-    separate = step.mean(tasks.objective(step.new)) - step.mean(tasks.objective(step.old))
-    scale = 1 - step.discount
     return [
-        ProofLine(
-            "objective",
-            tasks.objective(step.new),
-            "=",
-            earned,
-            "start values are discounted sums of rewards over the visits",
-        ),
-        ProofLine(
-            "lemma_1",
-            by_task,
-            "=",
-            horizon * inner,
-            "performance difference lemma, in each task: the rewards telescope",
-        ),
-        ProofLine("meta_definition", terms.gap, "=", scale * separate, "definition of J_meta"),
-        ProofLine(
-            "meta_linearity",
-            scale * separate,
-            "=",
-            scale * step.mean(by_task),
-            "an expectation of a difference is the difference of expectations",
-        ),
-        ProofLine(
-            "meta_lemma",
-            scale * step.mean(by_task),
-            "=",
-            step.mean(inner),
-            "Lemma 1 inside the expectation over tasks",
-        ),
-        ProofLine(
-            "meta_joint", step.mean(inner), "=", together, "two expectations make one joint one"
-        ),
+        _line("objective", start, "=", earned),
+        _line("lemma_1", by_task, "=", inner / scale),
+        _line("meta_definition", terms.gap, "=", scale * separate),
+        _line("meta_linearity", scale * separate, "=", scale * step.mean(by_task)),
+        _line("meta_lemma", scale * step.mean(by_task), "=", step.mean(inner)),
+        _line("meta_joint", step.mean(inner), "=", together),
     ]
 
 
 def _split(terms: _Terms) -> list[ProofLine]:
     """Return equation (inter) and the four sums of its second term."""
+    cancelled = terms.new_under_new - terms.new_under_old + terms.new_under_old
     pieces = terms.demo_under_new + terms.from_demo - terms.from_old - terms.old_under_old
     return [
-        ProofLine(
-            "add_and_subtract",
-            terms.gap,
-            "=",
-            terms.new_under_new - terms.new_under_old + terms.new_under_old,
-            "add and subtract the same expectation under the old visits",
-        ),
-        ProofLine(
-            "inter",
-            terms.gap,
-            "=",
-            terms.new_under_old + terms.second,
-            "collect the two expectations that share their actions",
-        ),
-        ProofLine(
-            "second_term",
-            terms.second,
-            "=",
-            pieces,
-            "write new = demo + (new - demo) under the new visits, new = old + (new - old) under the old",
-        ),
+        _line("add_and_subtract", terms.gap, "=", cancelled),
+        _line("inter", terms.gap, "=", terms.new_under_old + terms.second),
+        _line("second_term", terms.second, "=", pieces),
     ]
 
 
 def _bound(step: MetaStep, terms: _Terms) -> list[ProofLine]:
-    """Return (a) with its three facts, (b) with its two, and the theorem."""
-    c1, delta = terms.c1, terms.delta
+    """Return (a) with its four facts, (b) with its two, and the theorem."""
+    delta, scale = terms.delta.expand_as(terms.gap), 1 - step.discount
     after_a = delta - terms.size_from_demo - terms.size_from_old
-    after_b = delta - 2 * c1 * terms.tv_demo - 2 * c1 * terms.tv_old
-    horizon = 1 / (1 - step.discount)
-    theorem = horizon * (terms.new_under_old + after_b)
+    distance_demo, distance_old = 2 * terms.c1 * terms.tv_demo, 2 * terms.c1 * terms.tv_old
+    after_b = delta - distance_demo - distance_old
     return [
-        ProofLine(
-            "a_assumption",
-            terms.demo_under_new,
-            ">=",
-            delta.expand_as(terms.gap),
-            "Assumption 1: a mean is at least the minimum",
-        ),
-        ProofLine(
-            "a_zero",
-            terms.old_under_old,
-            "=",
-            torch.zeros_like(terms.gap),
-            "an advantage has mean 0 under its own policy",
-        ),
-        ProofLine(
-            "a_absolute_demo",
-            terms.from_demo,
-            ">=",
-            -terms.size_from_demo,
-            "a sum is at least minus the sum of absolute values",
-        ),
-        ProofLine(
-            "a_absolute_old",
-            -terms.from_old,
-            ">=",
-            -terms.size_from_old,
-            "the same under the old visits",
-        ),
-        ProofLine("a", terms.second, ">=", after_a, "the four facts above, added up"),
-        ProofLine(
-            "b_demo",
-            terms.size_from_demo,
-            "<=",
-            2 * c1 * terms.tv_demo,
-            "Hoelder: |A| <= C1, and the absolute differences sum to 2 D_TV",
-        ),
-        ProofLine(
-            "b_old",
-            terms.size_from_old,
-            "<=",
-            2 * c1 * terms.tv_old,
-            "the same under the old visits",
-        ),
-        ProofLine("b", after_a, ">=", after_b, "both together (the paper writes =)"),
-        ProofLine(
-            "theorem",
-            horizon * terms.gap,
-            ">=",
-            theorem,
-            "insert (b) in (inter) and divide by 1 - gamma",
-        ),
+        _line("a_assumption", terms.demo_under_new, ">=", delta),
+        _line("a_zero", terms.old_under_old, "=", torch.zeros_like(terms.gap)),
+        _line("a_absolute_demo", terms.from_demo, ">=", -terms.size_from_demo),
+        _line("a_absolute_old", -terms.from_old, ">=", -terms.size_from_old),
+        _line("a", terms.second, ">=", after_a),
+        _line("b_demo", terms.size_from_demo, "<=", distance_demo),
+        _line("b_old", terms.size_from_old, "<=", distance_old),
+        _line("b", after_a, ">=", after_b),
+        _line("theorem", terms.gap / scale, ">=", (terms.new_under_old + after_b) / scale),
     ]
+
+
+def _line(name: str, left: Tensor, relation: str, right: Tensor) -> ProofLine:
+    return ProofLine(name, left, relation, right, RULES[name])

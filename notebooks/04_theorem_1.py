@@ -1,0 +1,885 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 04 · Theorem 1: what it proves, and what it does not
+#
+# The paper backs its algorithm with a theorem: a lower bound on how much one meta-iteration improves the policy. In
+# worlds small enough to solve exactly we can put *numbers* on both sides of every line of its proof. You will
+# see that the theorem is right, that half of it can be thrown away, and that the sentence after it, the one
+# that leads to the algorithm, fails in a world with **two states**.
+#
+# **You will be able to**
+#
+# - derive Theorem 1 move by move, and say which rule and which assumption each move uses,
+# - compute every term of it exactly, and compare it with an older bound,
+# - prove a tighter bound in two lines, and mend the one that breaks,
+# - tell what the meta-gradient of the real algorithm leaves out.
+#
+# **You need** linear algebra (a linear system, an expectation as a sum) and notebook 06 for what EMRLD does. **Time**
+# about 100 minutes, of which the machine computes one. **Paper** Sections 2 and 3, Appendix A of Rengarajan et al.,
+# NeurIPS 2022.
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+import torch
+
+from emrld_lite import plots
+from emrld_lite.adapt import Adaptation
+from emrld_lite.classroom import checks as check
+from emrld_lite.classroom import theorem_widgets
+from emrld_lite.classroom.clock import Clock
+from emrld_lite.tabular import (
+    LEFT_RIGHT,
+    Claims,
+    ExactMetaRL,
+    TabularMDP,
+    corridor_step,
+    exact_meta_train,
+    figures,
+    gridworld,
+    many_families,
+    mixed,
+    optimal_policy,
+    proof_lines,
+    random_family,
+    related_bounds,
+    slippery_pair,
+    theorem_1,
+)
+from emrld_lite.tabular.search import hunt
+
+plots.use_style()
+torch.set_num_threads(1)  # leaves the other cores to you
+clock = Clock(
+    {
+        "worlds one can solve": 15,
+        "the proof": 30,
+        "ten thousand families": 5,
+        "beyond the paper": 25,
+        "from likelihood to distance": 5,
+        "exact EMRLD": 10,
+        "break it yourself": 5,
+        "what the meta-gradient leaves out": 5,
+    }
+)
+
+# %% [markdown]
+# ## 1 · Worlds one can solve
+#
+# A **finite Markov decision process** has states $s$, actions $a$, transition probabilities $P(s' \mid s, a)$, rewards
+# $R(s, a)$, a distribution $\rho$ of first states and a discount $0 \le \gamma < 1$. A policy is a table $\pi(a \mid s)$ (the paper
+# writes $\pi(s, a)$). Averaging over the actions leaves a Markov chain with $P_\pi(s' \mid s) = \sum_a \pi(a \mid s)\, P(s' \mid s, a)$ and
+# rewards $R_\pi(s) = \sum_a \pi(a \mid s)\, R(s, a)$. Everything we need is then a linear system:
+#
+# | symbol | name | solves |
+# |---|---|---|
+# | $V^\pi(s)$ | value | $(I - \gamma P_\pi)\, V = R_\pi$ |
+# | $Q^\pi(s, a)$ | action value | $Q = R + \gamma P V$ |
+# | $A^\pi(s, a)$ | advantage | $A = Q - V$, so $\sum_a \pi(a \mid s)\, A^\pi(s, a) = 0$ |
+# | $J(\pi)$ | objective | $J = \sum_s \rho(s)\, V^\pi(s)$ |
+# | $d^\pi(s)$ | visitation, a distribution | $(I - \gamma P_\pi)^{\mathsf T} d = (1 - \gamma)\, \rho$ |
+#
+# A **task family** is a list of such worlds, one a task $i$, with task probabilities $p(i)$. Ours, for this notebook: five cells in a
+# row, the goal at the left end or at the right end. The move into the goal pays 1, and the walk starts again in the middle.
+# **Change it!** Every number below follows.
+
+# %% tags=["the-family"]
+clock.at("worlds one can solve")
+gamma, step_size = 0.9, 0.5
+mdps = gridworld(1, 5, [(0, 0), (0, 4)], start=(0, 2), discount=gamma, moves=LEFT_RIGHT)
+task_weights = torch.tensor([0.5, 0.5])  # p(i)
+demo = [mixed(optimal_policy(mdp), noise=0.2) for mdp in mdps]  # (state, action) a task
+old = [torch.full((5, 2), 0.5, dtype=torch.float64) for _ in mdps]  # tosses a coin
+new = [(1 - step_size) * before + step_size * goal for before, goal in zip(old, demo, strict=True)]
+family = (mdps, task_weights, old, new, demo)
+advantage = mdps[0].advantage(old[0])
+assert (old[0] * advantage).sum(-1).abs().max() < 1e-12
+print("the old policy's advantages average to zero in every state")
+
+# %% [markdown]
+# ### Exercise 1 · How often is each state visited?
+#
+# *Difficulty 2 of 3, 10 minutes.* $d^\pi(s) = (1 - \gamma) \sum_t \gamma^t\, \mathbb P(s_t = s)$. Solve for it.
+#
+# <details><summary>Hint 1: why a linear system?</summary>
+# One step of the chain takes the distribution p of today's state to P<sub>π</sub><sup>T</sup> p. Sum the geometric series of γ P<sub>π</sub><sup>T</sup>.
+# </details>
+#
+# <details><summary>Hint 2: which torch functions?</summary>
+# <code>torch.einsum("sa,sat->st", policy, transition)</code> is P<sub>π</sub>; <code>torch.linalg.solve(matrix, vector)</code> solves; <code>matrix.T</code> transposes.
+# </details>
+
+
+# %% tags=["exercise-visitation"]
+def visitation(transition, initial, policy, discount):
+    """Return d, (state,), from (state, action, state), (state,), (state, action), a number."""
+    ### BEGIN SOLUTION
+    step = torch.einsum("sa,sat->st", policy, transition)
+    matrix = torch.eye(len(initial), dtype=torch.float64) - discount * step
+    return torch.linalg.solve(matrix.T, (1 - discount) * initial)
+    ### END SOLUTION
+
+
+# %%
+if check.visitation(visitation):
+    ours = visitation(mdps[0].transition, mdps[0].initial, demo[0], gamma)
+    assert torch.allclose(ours, mdps[0].visitation(demo[0]))
+    print("Your d equals emrld_lite.tabular.TabularMDP.visitation.")
+
+# %%
+figure, panels = plt.subplots(1, 2, figsize=(9, 2.8), sharey=True)
+figures.visits(family, panels)
+plt.show()
+
+# %% [markdown]
+# *Figure 1. Where three policies spend their (discounted) time, for the task with the left goal (state 0) and with the right goal
+# (state 4). The goal itself is never stayed in: the move into it ends in the middle.*
+#
+# The old policy wanders about; the demonstrator stays between middle and goal; the new policy, half of each, is in between.
+#
+# ## 2 · The proof
+#
+# In iteration $k$ the **meta-policy** $\pi_k$ is adapted to each task, which gives $\pi_{k,i}$; after the meta-update it is
+# $\pi_{k+1,i}$. Below, "old" is $\pi_{k,i}$, "new" is $\pi_{k+1,i}$, and $A_i$ is short for $A_i^{\pi_{k,i}}$, the **old** advantage. The value of a meta-policy is
+# that of its adapted policies, $J_{\mathrm{meta}}(\pi_k) = \mathbb E_{i \sim p}[J_i(\pi_{k,i})]$.
+#
+# > **Assumption 1.** $\mathbb E_{a \sim \pi^{\mathrm{dem}}_i(\cdot \mid s)}[A_i(s, a)] \ge \Delta$ for every state $s$ and every task $i$: in every state, the
+# > demonstrator's next action is better than the old policy's by $\Delta$.
+#
+# > **Theorem 1.** Under Assumption 1, with $C_1 = \max_{i, s, a} |A_i(s, a)|$, the improvement of one meta-iteration is at least the sum of two groups:
+#
+# $$\begin{aligned} J_{\mathrm{meta}}(\pi_{k+1}) - J_{\mathrm{meta}}(\pi_k) \;\ge\;& \underbrace{\frac{1}{1-\gamma}\, \mathbb E_{i,\; (s,a) \sim d_i^{\pi_{k,i}}}\Big[\frac{\pi_{k+1,i}(a \mid s)}{\pi_{k,i}(a \mid s)}\, A_i(s, a)\Big] - \frac{2 C_1}{1-\gamma}\, \mathbb E_i\big[D_{TV}^{\pi_{k,i}}(\pi_{k+1,i}, \pi_{k,i})\big]}_{\text{group 1}} \\ &+ \underbrace{\frac{\Delta}{1-\gamma} - \frac{2 C_1}{1-\gamma}\, \mathbb E_i\big[D_{TV}^{\pi_{k+1,i}}(\pi_{k+1,i}, \pi_i^{\mathrm{dem}})\big]}_{\text{group 2}} . \end{aligned}$$
+#
+# Here $D_{TV}(\pi_1, \pi_2) = \frac12 \sum_a |\pi_1(a \mid s) - \pi_2(a \mid s)|$ is the total variation in a state $s$, and a policy as superscript, $D_{TV}^{\pi}$, means its
+# average over $s \sim d^\pi$.
+#
+# ### Exercise 2 · The numbers of Assumption 1
+#
+# *Difficulty 1 of 3, 5 minutes.* Find $C_1$, and the largest $\Delta$ that the assumption allows.
+#
+# <details><summary>Hint 1: what is averaged, what is not?</summary>
+# The actions, by the demonstrator. Not the states, not the tasks: the assumption speaks of every one of them.
+# </details>
+#
+# <details><summary>Hint 2: the shape of the average</summary>
+# <code>(demo * advantage).sum(-1)</code> has one number a task and state.
+# </details>
+
+
+# %% tags=["exercise-assumption"]
+def assumption_numbers(advantage, demo):
+    """Return (C1, Delta) from two tensors (task, state, action)."""
+    ### BEGIN SOLUTION
+    return advantage.abs().max(), (demo * advantage).sum(-1).min()
+    ### END SOLUTION
+
+
+# %% tags=["assumption-1"]
+clock.at("the proof")
+theorem = theorem_1(*family)
+if check.assumption_numbers(assumption_numbers):
+    advantages = torch.stack([mdp.advantage(policy) for mdp, policy in zip(mdps, old, strict=True)])
+    c1, delta = assumption_numbers(advantages, torch.stack(demo))
+    assert torch.isclose(c1, theorem.c1) and torch.isclose(delta, theorem.delta)
+    assert theorem.delta > 0
+    print(f"C1 = {c1:.4f}, Delta = {delta:.4f}: Assumption 1 holds with a positive Delta")
+
+# %% [markdown]
+# Now the proof, as numbered moves, each with the one rule it uses. Under each, its two sides on our family,
+# computed independently of each other by `proof_lines`.
+
+# %%
+lines = {line.name: line for line in proof_lines(*family)}
+
+
+def show(*names):
+    """Print both sides of lines of the proof; stop where one does not hold."""
+    for name in names:
+        line = lines[name]
+        sides = [
+            ", ".join(f"{round(float(x), 6) + 0.0:.6f}" for x in side.flatten())
+            for side in (line.left, line.right)
+        ]
+        assert line.holds(), name
+        print(f"{name:16} {sides[0]} {line.relation} {sides[1]}")
+
+
+# %% [markdown]
+# **Move 1 (definition).** Values are discounted sums of rewards, so $J_i(\pi) = \sum_s \rho(s) V^\pi(s)$ and also
+# $J_i(\pi) = \frac{1}{1-\gamma} \sum_s d^\pi(s) \sum_a \pi(a \mid s) R(s, a)$. (One number a task, for the new policy.)
+
+# %% tags=["proof-objective"]
+show("objective")
+
+# %% [markdown]
+# **Move 2 (performance difference lemma, Lemma 1; Kakade and Langford, 2002).** For any two policies in one world,
+#
+# $$J(\pi') - J(\pi) = \frac{1}{1 - \gamma}\, \mathbb E_{s \sim d^{\pi'},\, a \sim \pi'}\big[A^\pi(s, a)\big] . \qquad\text{(1)}$$
+#
+# *Proof.* Follow $\pi'$ from $s_0 \sim \rho$. In expectation, $A^\pi(s_t, a_t) = R(s_t, a_t) + \gamma V^\pi(s_{t+1}) - V^\pi(s_t)$. Multiply by $\gamma^t$
+# and sum over $t$: the values **telescope** and only $-V^\pi(s_0)$ is left, so the sum is $J(\pi') - J(\pi)$. And for any function $f$,
+# $\sum_t \gamma^t\, \mathbb E f(s_t, a_t) = \frac{1}{1-\gamma} \mathbb E_{d^{\pi'}, \pi'} f$, by the definition of $d$. $\square$
+#
+# ### Exercise 3 · The right side of the lemma
+#
+# *Difficulty 2 of 3, 5 minutes.* You get more than you need: choose whose states and whose actions count.
+#
+# <details><summary>Hint 1: whose trajectory was followed in the proof?</summary>
+# That of the new policy. Only the advantage is the old one's.
+# </details>
+#
+# <details><summary>Hint 2: shapes</summary>
+# <code>visits[:, None]</code> is (state, 1) and multiplies a table (state, action).
+# </details>
+
+
+# %% tags=["exercise-lemma"]
+def performance_difference(advantage, visits_old, visits_new, old, new, discount):
+    """Return J(new) - J(old) from tables (state, action), visits (state,) and a number."""
+    ### BEGIN SOLUTION
+    return (visits_new[:, None] * new * advantage).sum() / (1 - discount)
+    ### END SOLUTION
+
+
+# %% tags=["proof-lemma-1"]
+if check.performance_difference(performance_difference):
+    visits = [mdps[0].visitation(policy) for policy in (old[0], new[0])]
+    ours = performance_difference(advantage, *visits, old[0], new[0], gamma)
+    assert torch.isclose(ours, mdps[0].objective(new[0]) - mdps[0].objective(old[0]))
+    show("lemma_1")
+
+# %% [markdown]
+# **Move 3 (the lemma for meta-policies).** Insert the definition of $J_{\mathrm{meta}}$; pull the difference into the expectation
+# (linearity); apply the lemma in each task; write the two expectations as one:
+#
+# $$\begin{aligned}(1-\gamma)\big(J_{\mathrm{meta}}(\pi_{k+1}) - J_{\mathrm{meta}}(\pi_k)\big)
+# &= (1-\gamma)\big(\mathbb E_i[J_i(\pi_{k+1,i})] - \mathbb E_i[J_i(\pi_{k,i})]\big) && \text{definition} \\
+# &= (1-\gamma)\, \mathbb E_i[J_i(\pi_{k+1,i}) - J_i(\pi_{k,i})] && \text{linearity} \\
+# &= \mathbb E_i\big[\mathbb E_{s \sim d_i^{\pi_{k+1,i}},\, a \sim \pi_{k+1,i}}[A_i]\big] && \text{Lemma 1} \\
+# &= \mathbb E_{i,\; s \sim d_i^{\pi_{k+1,i}},\; a \sim \pi_{k+1,i}}[A_i] . && \text{(meta-PDL)}\end{aligned}$$
+#
+# (The appendix has $a \sim \pi_{1,i}$ in the last line; a slip of the pen for $\pi_{k+1,i}$.)
+
+# %% tags=["proof-meta-pdl"]
+show("meta_definition", "meta_linearity", "meta_lemma", "meta_joint")
+
+# %% [markdown]
+# **Move 4 (add and subtract).** The same expectation under the **old** states is added and subtracted, and what shares its actions is collected:
+#
+# $$(1-\gamma)\big(J_{\mathrm{meta}}(\pi_{k+1}) - J_{\mathrm{meta}}(\pi_k)\big) =
+# \sum_i p(i) \sum_s d_i^{\pi_{k,i}} \sum_a \pi_{k+1,i}\, A_i
+# + \sum_i p(i) \sum_s \big(d_i^{\pi_{k+1,i}} - d_i^{\pi_{k,i}}\big) \sum_a \pi_{k+1,i}\, A_i . \qquad\text{(inter)}$$
+
+# %% tags=["proof-inter"]
+show("add_and_subtract", "inter")
+
+# %% [markdown]
+# **Move 5 (the demonstrator enters).** In the second term of (inter), write $\pi_{k+1,i} = \pi^{\mathrm{dem}}_i + (\pi_{k+1,i} - \pi^{\mathrm{dem}}_i)$ under the new
+# states, and $\pi_{k+1,i} = \pi_{k,i} + (\pi_{k+1,i} - \pi_{k,i})$ under the old ones. That makes four sums:
+#
+# $$\mathbb E_{i, d^{\mathrm{new}}} \sum_a \pi^{\mathrm{dem}} A \;+\; \mathbb E_{i, d^{\mathrm{new}}} \sum_a (\pi_{k+1} - \pi^{\mathrm{dem}}) A
+# \;-\; \mathbb E_{i, d^{\mathrm{old}}} \sum_a (\pi_{k+1} - \pi_k) A \;-\; \mathbb E_{i, d^{\mathrm{old}}} \sum_a \pi_k A .$$
+#
+# (The appendix writes $A^{\pi_2}$ in the first of them, for $A^{\pi_k}$.)
+
+# %% tags=["proof-second-term"]
+show("second_term")
+
+# %% [markdown]
+# **Move 6, step (a): four facts.** One for each sum:
+#
+# 1. the first is at least $\Delta$, by **Assumption 1**: an average is at least the minimum;
+# 2. the last is **zero**: an advantage has mean 0 under its own policy;
+# 3. and 4. the two in the middle are at least minus the sum of their **absolute values**.
+#
+# Added up, the second term of (inter) is at least $\Delta - \mathbb E_{i, d^{\mathrm{new}}} \sum_a |\pi_{k+1} - \pi^{\mathrm{dem}}| |A| - \mathbb E_{i, d^{\mathrm{old}}} \sum_a |\pi_{k+1} - \pi_k| |A|$.
+
+# %% tags=["proof-a"]
+show("a_assumption", "a_zero", "a_absolute_demo", "a_absolute_old", "a")
+
+# %% [markdown]
+# **Move 7, step (b): Hölder's inequality.** $|A| \le C_1$, and $\sum_a |\pi - \pi'| = 2 D_{TV}$. (The paper writes "=" here; it is an inequality, in the right direction.)
+
+# %% tags=["proof-b"]
+show("b_demo", "b_old", "b")
+
+# %% [markdown]
+# **Move 8.** Insert (b) in (inter), divide by $1 - \gamma$, and name the first sum of (inter) as the importance-weighted advantage. That is Theorem 1. $\square$
+
+# %% tags=["proof-theorem"]
+show("theorem")
+assert theorem.bound <= theorem.improvement
+print(f"group 1 {theorem.group_1:.4f}, group 2 {theorem.group_2:.4f}")
+
+# %% [markdown]
+# The theorem holds. On this family it promises a loss of 2.7 where the truth is a gain of 1.3. A bound can be
+# right and say little, and from here on we ask *how much* it says.
+#
+# ## 3 · Ten thousand families
+#
+# **Predict first.** Random families: two to eight states, up to six tasks, discounts up to 0.999, sparse and dense rewards,
+# policies from uniform to nearly deterministic. How many of ten thousand violate the bound? In how many is the bound *positive*, that is, does it
+# promise any improvement at all?
+
+# %% tags=["ten-thousand"]
+clock.at("ten thousand families")
+batches = [figures.everything(random) for random in many_families(seed=0, total=10_000)]
+sample = {name: torch.cat([batch[name] for batch in batches]) for name in batches[0]}
+scale = torch.maximum(sample["improvement"].abs(), sample["bound"].abs()).clamp(min=1)
+valid = ("bound", "bound_group_2", "bound_average_delta", "trust_region", "repaired")
+for name in valid:
+    assert ((sample[name] - sample["improvement"]) / scale).max() <= 1e-9, name
+positive = {name: (sample[name] > 0).double().mean() for name in (*valid, "improvement")}
+assert positive["bound"] < 0.001 < positive["bound_average_delta"] < positive["trust_region"]
+print(f"{len(scale)} families, violations of any bound beyond 1e-9 relative: 0")
+print(f"improvement is positive in {positive['improvement']:.0%}")
+print(f"Theorem 1 as printed promises one in {positive['bound']:.2%}")
+
+# %%
+figure, panels = plt.subplots(1, 3, figsize=(11, 3.5), sharey=True)
+for axes, name in zip(panels, ("bound", "bound_average_delta", "trust_region"), strict=True):
+    figures.against_improvement(sample["improvement"], sample[name], axes, name)
+panels[0].set_ylabel("bound (return)")
+plt.show()
+
+# %% [markdown]
+# *Figure 2. Ten thousand random families: true improvement across, bound upwards, both on symmetric log scales. A point above the black
+# line would be a violation; a point on it, a tight bound. Middle and right: two bounds of the next section.*
+#
+# No point crosses the line. But in random families the printed bound promises an improvement only a few times in ten thousand, although
+# half of the steps do improve. Its strength is elsewhere: near a good demonstrator, as we shall see. (Random
+# sampling is a weak hunter. `tests/test_tabular.py` lets a property-based tester and gradient ascent look for violations, too.)
+#
+# ## 4 · Beyond the paper
+#
+# ### The first group is never positive
+#
+# *Proof.* Since $\sum_a \pi_k A = 0$, the expectation in group 1 is $\mathbb E_{i, d^{\mathrm{old}}} \sum_a (\pi_{k+1} - \pi_k) A$. By Hölder it is at most $2 C_1\, \mathbb E_i D_{TV}^{\pi_{k,i}}(\pi_{k+1,i}, \pi_{k,i})$,
+# and exactly that is subtracted. $\square$
+#
+# So the second group **alone** is a valid bound, and never a worse one. It also has a direct proof of two lines, from (meta-PDL):
+#
+# $$\begin{aligned}(1-\gamma)\big(J_{\mathrm{meta}}(\pi_{k+1}) - J_{\mathrm{meta}}(\pi_k)\big) &= \mathbb E_{i, d^{\mathrm{new}}} \sum_a \pi^{\mathrm{dem}} A + \mathbb E_{i, d^{\mathrm{new}}} \sum_a (\pi_{k+1} - \pi^{\mathrm{dem}}) A \\
+# &\ge \Delta_{\mathrm{avg}} - 2 C_1\, \mathbb E_i D_{TV}^{\pi_{k+1,i}}(\pi_{k+1,i}, \pi_i^{\mathrm{dem}}) , \end{aligned} \qquad\text{(2)}$$
+#
+# with $\Delta_{\mathrm{avg}} = \mathbb E_{i,\; s \sim d_i^{\pi_{k+1,i}},\; a \sim \pi_i^{\mathrm{dem}}}[A_i(s, a)] \ge \Delta$.
+#
+# The old states never appear. And the proof needs only the **average** $\Delta_{\mathrm{avg}}$, not Assumption 1's minimum.
+
+# %% tags=["first-group"]
+clock.at("beyond the paper")
+slack = 1e-9 * scale
+assert (sample["group_1"] <= slack).all()
+assert (sample["bound"] <= sample["bound_group_2"] + slack).all()
+assert (sample["bound_group_2"] <= sample["bound_average_delta"] + slack).all()
+print("in all families: group 1 <= 0, and printed <= second group alone <= average Delta")
+
+# %% [markdown]
+# "Maximising the first term in group one with a constraint on its second term will ensure a higher lower bound", says the paper, and
+# that TRPO does this. So it does, but the most it can reach is zero, which leaving the policy alone reaches as well. The theorem does not
+# say that the RL part helps.
+#
+# ### One absorbing state forces $\Delta \le 0$
+#
+# In a state that cannot be left, where every action pays the same, every advantage is 0, hence also the demonstrator's. Assumption 1 asks
+# for $\Delta$ in *every* state, so $\Delta \le 0$, and group 2 can promise nothing. An episode that ends at its goal has such a
+# state. The average $\Delta_{\mathrm{avg}}$ does not mind.
+
+# %% tags=["absorbing-state"]
+ending = gridworld(1, 5, [(0, 0), (0, 4)], (0, 2), gamma, at_goal="absorb", moves=LEFT_RIGHT)
+once = theorem_1(ending, task_weights, old, demo, demo)  # all the way to the demonstrator
+assert once.delta <= 0 < once.average_delta
+assert once.bound_group_2 <= 0 < once.bound_average_delta
+print(f"Delta {abs(once.delta):.3f}, its average {once.average_delta:.3f}")
+print(f"promised: {once.bound:.3f} printed, {once.bound_average_delta:.3f} with the average")
+print(f"truth: {once.improvement:.3f}")
+
+# %% [markdown]
+# ### Where the bounds are tight, and an older one
+#
+# **A tight instance.** One state, two actions that pay $+1$ and $-1$; the old policy tosses a coin, so $A = \pm 1 = \pm C_1$. The demonstrator takes the
+# good action with probability $\frac12 + x$, the new policy with $\frac12 + y$, $0 \le y \le x$. Then $\Delta = 2x$,
+# the distances are $y$ and $x - y$, group 1 is $2y - 2y = 0$, group 2 is $2x - 2(x - y) = 2y$, and the improvement is $2y$ (each over $1 - \gamma$): **equality all the way**.
+#
+# **The trust-region bound** of Achiam et al. (2017) knows nothing of demonstrators:
+#
+# $$J(\pi') - J(\pi) \ge \frac{1}{1-\gamma} \Big( \mathbb E_{d^\pi, \pi'}[A^\pi] - \frac{2\gamma\, \epsilon}{1-\gamma}\, D_{TV}^{\pi}(\pi', \pi) \Big), \qquad \epsilon = \max_s \big|\mathbb E_{a \sim \pi'}[A^\pi(s, a)]\big| . \qquad\text{(3)}$$
+#
+# We average it over the tasks. **Predict first:** on the way from the old policy to the demonstrator, where does it win, and where does (2)?
+
+
+# %% tags=["tight-instance"]
+def coin(share, lead=0.3):
+    """Return the one-state family, the given share of the way to the demonstrator."""
+    world = TabularMDP(torch.ones(1, 2, 1), [[1, -1]], [1], gamma)
+    tables = [torch.tensor([[0.5 + x, 0.5 - x]]) for x in (0.0, share * lead, lead)]
+    return [world], [1.0], *([table] for table in tables)
+
+
+figure, panels = plt.subplots(1, 2, figsize=(10.5, 3.6))
+names = ("improvement", "trust_region", "bound", "bound_group_2", "bound_average_delta")
+shares = np.linspace(0, 1, 33)
+tight = figures.along(coin, shares, names, panels[0])
+way = figures.along(lambda share: corridor_step(share=share), shares, names, panels[1])
+for axes, title in zip(panels, ("one state", "five cells, two goals"), strict=True):
+    axes.set(title=title, xlabel="share of the demonstrator in the new policy")
+panels[1].set_ylim(-8, 4)
+panels[1].legend(loc="lower left")
+plt.show()
+
+# %% [markdown]
+# *Figure 3. Improvement (thick) and bounds along the straight way from the old policy to the demonstrator. Left: on the one-state
+# family all but one of the lines lie upon each other. Right: on the five cells each bound has its place.*
+
+# %% tags=["each-wins-somewhere"]
+assert np.allclose(tight["bound"], tight["improvement"], atol=1e-5)
+ahead = way["trust_region"] > way["bound_average_delta"]
+assert ahead[1] and not ahead[-1]
+assert np.isclose(way["bound_average_delta"][-1], way["improvement"][-1])
+assert (
+    np.maximum(way["trust_region"], way["bound_average_delta"]) <= way["improvement"] + 1e-9
+).all()
+older = (sample["trust_region"] > sample["bound"]).double().mean()
+against = (sample["trust_region"] > sample["bound_average_delta"]).double().mean()
+assert 0.2 < against < older < 0.8
+print(f"trust region ahead of the printed bound in {older:.0%} of the random families,")
+print(f"ahead of the average-Delta bound in {against:.0%}")
+
+# %% [markdown]
+# Close to the old policy the trust-region bound wins: it is exact where nothing changes. Close to the **demonstrator** (2) wins, and it is exact when the new policy *is* the
+# demonstrator: then the distance is 0, and $\Delta_{\mathrm{avg}} / (1-\gamma)$ is Lemma 1. The maximum of the two is a valid bound as well,
+# and the best to use. In our random families each is ahead about half of the time; other ways of drawing them give other shares.
+#
+# ### The sentence after the theorem
+#
+# Group 2 asks for closeness to the demonstrator in the states of the **new** policy, which no one has visited yet. "Hence, in
+# practice, we replace that term" by the distance in the states of the **demonstrator**, $D_{TV}^{\mathrm{dem}}$. Is what remains still a bound?
+#
+# For the tight bound (the second group alone), random search answers at once:
+
+# %% tags=["substitution-random"]
+random = torch.Generator().manual_seed(0)
+for states in (2, 3):
+    small = random_family(random, 20_000, tasks=1, states=states, actions=2)
+    parts = figures.everything(small)
+    gap = (1 - small[0][0].discount) * (parts["substituted_group_2"] - parts["improvement"])
+    assert (gap > 0.01).any()
+    print(f"{states} states: the substituted second group is broken by some of 20,000: True")
+
+# %% [markdown]
+# For the theorem **as printed**, with its negative first group, random search finds next to nothing. Climbing does better: start
+# at random families and follow the gradient of (bound − improvement) through the linear solves.
+
+# %% tags=["substitution-climb"]
+climbed = {
+    name: hunt(name, families=32, steps=200, discount=0.99)
+    for name in ("bound", "bound_average_delta", "substituted")
+}
+worst = {name: float(found.violation.max()) for name, found in climbed.items()}
+assert worst["bound"] <= 0 and worst["bound_average_delta"] <= 0
+assert worst["substituted"] > 0.5
+print("printed bound and average Delta, climbed from 32 starts: never broken")
+print("printed bound under the demonstrator's states: broken, by more than C1/2 a step")
+
+# %% [markdown]
+# So the printed theorem does **not** survive the substitution. Here is a counterexample small enough to check by hand, found by asking what the climb had built: a path, and
+# next to it a swamp that the demonstrator never enters.
+#
+# | | action 0 | action 1 | action 2 |
+# |---|---|---|---|
+# | on the path (start) | $+1$, stay on the path | $-1$, stay | $0$, into the swamp |
+# | in the swamp | $+1$, back to the path | $-1$, back | $-1$, stay in the swamp |
+# | old policy, both states | $\frac12$ | $\frac12$ | $0$ |
+# | demonstrator, both states | $\frac12 + x$ | $\frac12 - x$ | $0$ |
+# | new policy on the path | $\frac12 + x$ | $\frac12 - x - \varepsilon$ | $\varepsilon$ |
+# | new policy in the swamp | $0$ | $0$ | $1$ |
+#
+# The old values are 0, so the advantages are the rewards: $C_1 = 1$, and $\Delta = 2x > 0$ in every state: **Assumption 1 holds**. Under the old and the demonstrator's states
+# (all path) group 1 is $(2x + \varepsilon) - 2(x + \varepsilon) = -\varepsilon$, and the substituted group 2 is $2x - 2\varepsilon$. So the substituted theorem promises $2x - 3\varepsilon$ a step.
+# But a share $\sigma = \gamma\varepsilon / (1 - \gamma + \gamma\varepsilon)$ of the new policy's time goes to the swamp, and the truth is $(1 - \sigma)(2x + \varepsilon) - \sigma$.
+
+# %% tags=["two-state-counterexample"]
+x, slip = 0.25, 0.1
+swamp = slippery_pair(gamma, slip, x)
+truth = (1 - gamma) * theorem_1(*swamp).improvement
+promise = (1 - gamma) * related_bounds(*swamp).substituted
+share = gamma * slip / (1 - gamma + gamma * slip)
+assert torch.isclose(truth, torch.tensor((1 - share) * (2 * x + slip) - share).double())
+assert torch.isclose(promise, torch.tensor(2 * x - 3 * slip).double())
+assert theorem_1(*swamp).delta > 0 and truth < 0 < promise
+print(f"promised {promise:+.4f} a step, true {truth:+.4f} a step")
+
+# %%
+figure, panels = plt.subplots(1, 2, figsize=(10, 3.4), sharey=True)
+names = ("improvement", "substituted", "bound")
+for axes, rate in zip(panels, (0.9, 0.99), strict=True):
+    slips = np.linspace(0, 0.15, 31)
+    figures.along(lambda s, g=rate: slippery_pair(g, s, x), slips, names, axes, per_step=True)
+    axes.set(title=f"gamma = {rate}", xlabel="probability of the slip")
+    axes.axhline(0, color="black", linewidth=0.6)
+panels[1].set_ylabel("")
+panels[1].legend()
+plt.show()
+
+# %% [markdown]
+# *Figure 4. The two-state family: truth (thick), the theorem as printed (dashed, below it) and the theorem with the demonstrator's states (dotted,
+# above it), per discounted step, against the probability of the slip.*
+#
+# A small slip, rare where the demonstrator walks, leads to a place where nobody ever showed what to do. Imitation learning knows this as **compounding
+# errors**. With $\gamma \to 1$, $\varepsilon \to 0$ slowly and $x \to \frac12$ the promise goes to $+C_1$ a step, the truth to $-C_1$: the substituted bound can be as wrong as a bound can be.
+#
+# ### Exercise 4 · Break it yourself
+#
+# *Difficulty 3 of 3, 10 minutes.* With $x = 0.25$, choose $\gamma$ and $\varepsilon$ so that the substituted theorem promises at least $0.1$ a step, and the truth is $-0.4$ a step or less.
+#
+# <details><summary>Hint 1: the promise</summary>
+# 2x − 3ε ≥ 0.1 bounds the slip from above, whatever γ is.
+# </details>
+#
+# <details><summary>Hint 2: the truth</summary>
+# With ε fixed, the share σ of time in the swamp grows with γ. Put σ = 0.8 into the formula for the truth and see.
+# </details>
+
+
+# %% tags=["exercise-break"]
+def break_the_substitution():
+    """Return (discount, slip), two plain numbers."""
+    ### BEGIN SOLUTION
+    return 0.99, 0.05
+    ### END SOLUTION
+
+
+# %%
+check.break_the_substitution(break_the_substitution)
+
+# %% [markdown]
+# ### The repair, and its price
+#
+# Closeness in the demonstrator's states *is* enough, at the price of one more factor $1/(1-\gamma)$:
+#
+# $$J_{\mathrm{meta}}(\pi_{k+1}) - J_{\mathrm{meta}}(\pi_k) \ge \frac{1}{1-\gamma}\Big(\mathbb E_{i,\, d_i^{\mathrm{dem}},\, \pi_i^{\mathrm{dem}}}[A_i] - \frac{2 C_1}{1-\gamma}\, \mathbb E_i D_{TV}^{\mathrm{dem}}(\pi_{k+1,i}, \pi_i^{\mathrm{dem}})\Big) . \qquad\text{(4)}$$
+#
+# *Proof, in one task.* (i) Both visitations solve a flow equation, $d' = (1-\gamma)\rho + \gamma P'^{\mathsf T} d'$ for the new policy and $d = (1-\gamma)\rho + \gamma P^{\mathsf T} d$ for the
+# demonstrator. Subtract: $(I - \gamma P'^{\mathsf T})(d' - d) = \gamma (P' - P)^{\mathsf T} d$. The inverse of the matrix on the left, a sum $\sum_t \gamma^t (P'^{\mathsf T})^t$, stretches the
+# 1-norm by at most $1/(1-\gamma)$; the right side has 1-norm at most $2\gamma\, D_{TV}^{\mathrm{dem}}$. So $\|d' - d\|_1 \le \frac{2\gamma}{1-\gamma} D_{TV}^{\mathrm{dem}}$.
+# (ii) Let $g(s) = \sum_a \pi_{k+1}(a \mid s) A(s, a)$, $|g| \le C_1$. By (meta-PDL), $(1-\gamma)(J(\pi_{k+1}) - J(\pi_k)) = \sum_s d' g \ge \sum_s d\, g - C_1 \|d' - d\|_1$.
+# (iii) $\sum_s d\, g \ge \mathbb E_{d, \mathrm{dem}}[A] - 2 C_1 D_{TV}^{\mathrm{dem}}$ by Hölder. Add up: $2 C_1 \big(1 + \frac{\gamma}{1-\gamma}\big) = \frac{2 C_1}{1-\gamma}$. $\square$
+#
+# By Lemma 1 the first term of (4) is simply $J_{\mathrm{meta}}(\mathrm{dem}) - J_{\mathrm{meta}}(\pi_k)$: *you gain what the demonstrator would, less the price of not being him*.
+# It holds in all our random families (`repaired` was among the five bounds above). The two-state family shows that the extra factor cannot be dropped: there a distance of
+# about $1 - \gamma$ already costs a constant.
+
+# %% tags=["the-repair"]
+gains = [
+    mdp.objective(shown) - mdp.objective(was)
+    for mdp, was, shown in zip(mdps, old, demo, strict=True)
+]
+related = related_bounds(*family)
+price = 2 * theorem.c1 * related.tv_demo_states / (1 - gamma) ** 2
+assert torch.isclose(related.repaired, sum(gains) / 2 - price)
+assert (sample["repaired"] <= sample["improvement"] + slack).all()
+print("repaired = what the demonstrator gains, less 2 C1 D_TV / (1 - gamma)^2")
+
+# %% [markdown]
+# ## 5 · From likelihood to distance
+#
+# EMRLD minimises $\mathcal L^{\mathrm{BC}} = -\mathbb E_{d^{\mathrm{dem}},\, \pi^{\mathrm{dem}}}[\log \pi(a \mid s)]$, a likelihood. What has it to do with $D_{TV}^{\mathrm{dem}}$? Let
+# $H$ be the demonstrator's mean entropy, $-\mathbb E_{d^{\mathrm{dem}}} \sum_a \pi^{\mathrm{dem}} \log \pi^{\mathrm{dem}}$. Then $\mathcal L^{\mathrm{BC}} - H$ is the mean Kullback-Leibler divergence $\mathbb E_{d^{\mathrm{dem}}} D_{KL}(\pi^{\mathrm{dem}} \,\|\, \pi)$.
+# **Pinsker's inequality** says $D_{TV} \le \sqrt{D_{KL} / 2}$ in each state, and since the root is concave (Jensen), also on average.
+#
+# ### Exercise 5 · Pinsker
+#
+# *Difficulty 1 of 3, 3 minutes.* The largest mean distance that a value of the cloning loss allows.
+#
+# <details><summary>Hint 1: from loss to divergence</summary>
+# The cloning loss is the divergence plus the entropy.
+# </details>
+#
+# <details><summary>Hint 2: from divergence to distance</summary>
+# Pinsker, with the mean divergence under the root.
+# </details>
+
+
+# %% tags=["exercise-pinsker"]
+def likelihood_distance(cloning_loss, entropy):
+    """Return a bound on the mean total variation, a scalar tensor."""
+    ### BEGIN SOLUTION
+    return torch.sqrt((cloning_loss - entropy) / 2)
+    ### END SOLUTION
+
+
+# %% tags=["pinsker"]
+clock.at("from likelihood to distance")
+check.likelihood_distance(likelihood_distance)
+(world,), _, _, (near,), (expert,) = random_family(random, 3000, tasks=1, states=4, actions=3)
+divergence = (expert * (expert / near).log()).nan_to_num(0.0).sum(-1)  # (family, state)
+distance = 0.5 * (expert - near).abs().sum(-1)
+shown, walked = world.visitation(expert), world.visitation(near)
+excess = (shown * divergence).sum(-1)  # the cloning loss less the entropy
+far = (shown * distance).sum(-1)
+assert (far <= torch.sqrt(excess / 2) + 1e-9).all()
+elsewhere = (walked * distance).sum(-1)
+assert (elsewhere > torch.sqrt(excess / 2)).any()
+print("under the demonstrator's states the distance obeys Pinsker in all 3,000 families;")
+print("under the new policy's states it does not in some")
+
+# %%
+figure, panels = plt.subplots(1, 2, figsize=(9.6, 3.4), sharey=True)
+losses = np.geomspace(1e-4, 30, 200)
+for axes, values, whose in zip(
+    panels, (far, elsewhere), ("demonstrator", "new policy"), strict=True
+):
+    axes.plot(excess, values, ".", color="#56B4E9", markersize=3, rasterized=True)
+    axes.plot(losses, np.minimum(np.sqrt(losses / 2), 1), color="black", label="Pinsker")
+    axes.set(xscale="log", xlim=(1e-4, 30), title=f"in the states of the {whose}")
+    axes.set_xlabel("cloning loss less entropy (nats)")
+panels[0].set_ylabel("mean total variation")
+panels[0].legend()
+plt.show()
+
+# %% [markdown]
+# *Figure 5. Random policies and demonstrators: excess of the cloning loss over its minimum against the mean distance, in the demonstrator's
+# states (left) and in those of the new policy (right). Black: the largest distance that Pinsker's inequality allows.*
+#
+# Cloning controls the distance where the demonstrator walks, and only there. With (4) that is a guarantee, a weak one; with the
+# theorem's own term it is a hope.
+#
+# ## 6 · Exact EMRLD
+#
+# Now the algorithm itself, with no sampling anywhere: policies are softmax tables, the adaptation and the meta-update are differentiated through the linear
+# solves. A grid of 9 × 9 cells, the start in the middle, eight goals on the edge; the move into the goal pays 1 and leads back to the start. We compare:
+# both terms in the adaptation (EMRLD), cloning alone ($w_{\mathrm{rl}} = 0$), policy gradient alone (MAML), and EMRLD with a demonstrator that acts at random 60 % of the time.
+#
+# **Predict first.** With exact gradients, will MAML learn? And what becomes of $\Delta$ and $\Delta_{\mathrm{avg}}$ when the policy overtakes a poor demonstrator?
+
+# %% tags=["exact-emrld"]
+clock.at("exact EMRLD")
+goals = [(0, 0), (0, 4), (0, 8), (4, 8), (8, 8), (8, 4), (8, 0), (4, 0)]
+grid = gridworld(9, 9, goals, start=(4, 4), discount=0.95)
+best = [optimal_policy(mdp) for mdp in grid]
+settings = {
+    "EMRLD": (1.0, 1.0, 0.0),
+    "cloning only": (0.0, 1.0, 0.0),
+    "MAML": (1.0, 0.0, 0.0),
+    "EMRLD, poor demonstrator": (1.0, 1.0, 0.6),
+}
+runs = {}
+for name, (w_rl, w_bc, noise) in settings.items():
+    shown = [mixed(policy, noise) for policy in best]
+    rule = Adaptation(w_rl, w_bc, adapt_lr=5.0)
+    problem = ExactMetaRL(grid, torch.full((8,), 1 / 8), shown, rule)
+    runs[name] = list(exact_meta_train(problem, meta_lr=10.0, iterations=60))
+
+# %%
+looks = {
+    "EMRLD": plots.LOOKS["emrld"],
+    "cloning only": {"color": "#777777", "linestyle": "-.", "marker": "v"},
+    "MAML": plots.LOOKS["maml"],
+    "EMRLD, poor demonstrator": {**plots.LOOKS["emrld"], "linestyle": ":", "marker": "x"},
+}
+figure, panels = plt.subplots(1, 3, figsize=(12, 3.5))
+terms = {
+    "J_meta (return)": lambda it: it.objective,
+    "Delta, worst state": lambda it: it.theorem.delta,
+    "average Delta": lambda it: it.theorem.average_delta,
+}
+for axes, (label, value) in zip(panels, terms.items(), strict=True):
+    figures.exact_training(runs, looks, value, axes)
+    axes.set(title=label)
+poor = runs["EMRLD, poor demonstrator"]
+panels[0].axhline(poor[0].demonstrator, color="black", linewidth=0.8, linestyle=(0, (1, 2)))
+panels[0].legend(fontsize=8)
+plt.show()
+
+# %% [markdown]
+# *Figure 6. Exact training on the grid, one update of the meta-table a meta-iteration: value of the adapted policies (the thin dotted line is what the poor
+# demonstrator earns), the largest Delta of Assumption 1, and its average under the new policy.*
+
+# %% tags=["assumption-1-initial-stages"]
+final = {name: iterates[-1].objective for name, iterates in runs.items()}
+assert runs["EMRLD"][0].objective > 3 * runs["MAML"][0].objective
+assert final["EMRLD"] > final["MAML"] > 5 * runs["MAML"][0].objective
+assert final["cloning only"] < final["MAML"]
+for name in ("EMRLD", "EMRLD, poor demonstrator"):
+    deltas = [float(it.theorem.delta) for it in runs[name]]
+    assert deltas[0] > 0 > deltas[-1]
+passed = next(it.iteration for it in poor if it.objective > it.demonstrator)
+turned = next(it.iteration for it in poor if it.theorem.average_delta < 0)
+assert 0 < turned < passed and final["EMRLD, poor demonstrator"] > 1.3 * poor[0].demonstrator
+print("Delta > 0 at first and < 0 later: Assumption 1 holds 'during the initial stages'")
+print("poor demonstrator: average Delta turns negative, then the policy overtakes him")
+
+# %% [markdown]
+# - **EMRLD leads from the first iteration on**, by the cloning gradient: that is group 2 at work.
+# - **Assumption 1 is what the paper says it is**, true at first: $\Delta$ starts small and positive and then turns negative. What stays useful for longer is $\Delta_{\mathrm{avg}}$.
+# - **The poor demonstrator is overtaken.** $\Delta_{\mathrm{avg}}$ turns negative *before* that: he is worse than the policy in the states that the policy visits. The bound has nothing to say any more, yet EMRLD goes on improving, by its RL term.
+# - **So the RL term matters, and the theorem does not show it.** Cloning alone in the adaptation ends below MAML here.
+# - **Exact MAML learns**, slowly: its gradient is small, not zero. What stops MAML in notebook 06 is that *samples* of a small gradient are nearly all zero. (Sparsity is mild here: a coin-tossing walk does find an edge of a 9 × 9 grid.)
+#
+# And the bounds, along EMRLD's training?
+
+# %%
+figure, axes = plt.subplots(figsize=(8, 3.4))
+series = {
+    "improvement": [float(it.theorem.improvement) for it in runs["EMRLD"]],
+    "bound": [float(it.theorem.bound) for it in runs["EMRLD"]],
+    "bound_average_delta": [float(it.theorem.bound_average_delta) for it in runs["EMRLD"]],
+    "trust_region": [float(it.related.trust_region) for it in runs["EMRLD"]],
+}
+for name, values in series.items():
+    axes.plot(values, label=figures.LABELS[name], markevery=8, **figures.LOOKS[name])
+axes.set_yscale("symlog", linthresh=0.01)
+axes.set(xlabel="meta-iteration", ylabel="return gained a meta-iteration", ylim=(-200, 10))
+axes.set_yticks([-100, -1, -0.01, 0.01, 1], ["-100", "-1", "-0.01", "0.01", "1"])
+axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))
+plt.show()
+assert max(series["bound"] + series["bound_average_delta"]) < 0 < min(series["improvement"])
+
+# %% [markdown]
+# *Figure 7. Improvement of every meta-iteration of exact EMRLD (thick), and three lower bounds on it; symmetric log scale.*
+#
+# The improvement is positive all along (it zigzags once the meta-step has to be halved to keep it so), and Theorem 1 says "at least minus ten", or worse. One adaptation step leaves the policy far from the demonstrator
+# ($D_{TV}$ about a half), and each unit of distance costs $2 C_1 / (1-\gamma)$, here 40 times $C_1$. The theorem explains the *direction*, get closer to the demonstrator while he is
+# better; it does not explain the *amount*.
+#
+# ## 7 · Break it yourself
+#
+# **The family under your fingers.** Demonstrator's quality, step towards it, discount, and stubbornness: with that probability the left task's demonstrator makes the
+# wrong move in the cell before its goal. With one stubborn state, watch $\Delta$ fall far below zero and the average by much less.
+
+# %% tags=["widget-bounds", "nbval-ignore-output"]
+clock.at("break it yourself")
+theorem_widgets.bound_sliders()
+
+# %%
+theorem_widgets.bound_picture()
+
+# %% [markdown]
+# *Figure 8. The sliders' default, as a still picture: improvement, the two groups and three bounds on the five cells.*
+#
+# **What the proof takes for granted, one thing at a time.** Choose what is falsely claimed, and how falsely. Each row is a line of the proof; a cross is a line that fails.
+
+# %% tags=["widget-assumptions", "nbval-ignore-output"]
+theorem_widgets.assumption_sliders()
+
+# %%
+theorem_widgets.assumption_picture("Delta is claimed too large", 0.5)
+
+# %% [markdown]
+# *Figure 9. The lines of the proof when Delta is claimed too large by half of C1: the move that uses Assumption 1 fails first.*
+#
+# | false claim | first move to fail | what to notice |
+# |---|---|---|
+# | $\Delta$ too large | 6, `a_assumption` | claims up to $\Delta_{\mathrm{avg}}$ do no harm: only the average is used |
+# | $C_1$ too small | 7, `b_demo` | small cuts do no harm: Hölder is generous |
+# | the critic's $V$ is wrong at the start | 2, `lemma_1` | the values no longer telescope to $J$ |
+# | the demonstrator's states | 7, `b_demo` | on the two-state family; every later line falls, the theorem too |
+#
+# A surprise: a critic that is wrong anywhere *but* in the first states breaks nothing. Adding any function of the state to $V$ changes rewards by a
+# "potential", and potentials telescope away (Ng, Harada and Russell, 1999).
+
+# %% tags=["which-move-fails"]
+expected = ["a_assumption", "b_demo", "lemma_1", "b_demo"]
+for claim, first in zip(theorem_widgets.FALSE_CLAIMS[1:], expected, strict=True):
+    world, claims = theorem_widgets.broken(claim, 0.5)
+    assert next(line.name for line in proof_lines(*world, claims) if not line.holds()) == first
+shaped = Claims(value_error=torch.tensor([0.4, -0.7, 0.0, 0.9, 0.2]))  # right in the middle cell
+assert all(line.holds() for line in proof_lines(*family, shaped) if line.relation == "=")
+print("each false claim fells the move in the table; an error off the start fells no equation")
+
+# %% [markdown]
+# ## Appendix · What the meta-gradient leaves out
+#
+# The meta-update differentiates $J_i(\theta_i(\theta))$ with $\theta_i(\theta) = \theta + \alpha \nabla J_i(\theta)$ (take $w_{\mathrm{rl}} = 1$, $w_{\mathrm{bc}} = 0$). Exactly, by the chain rule,
+#
+# $$\nabla_\theta J_i(\theta_i(\theta)) = \big(I + \alpha \nabla^2 J_i(\theta)\big)\, \nabla J_i(\theta_i) .$$
+#
+# The algorithm does not have $J_i$. It has samples and the loss $-\operatorname{mean}(\log \pi_\theta(a \mid s)\, \hat A)$, in which samples and $\hat A$ are **fixed numbers**. The first derivative is right in expectation. The second is not: it misses how the *sampling*
+# and the *advantages* change with $\theta$. In expectation the algorithm's matrix is
+#
+# $$\mathbb E_{d, \pi}\big[A(s, a)\, \nabla^2 \log \pi_\theta(a \mid s)\big] \quad\text{in place of}\quad \nabla^2 J .$$
+#
+# On a softmax table $\nabla^2 \log \pi(a \mid s)$ does not depend on $a$, and $\sum_a \pi A = 0$. So the expectation is **exactly zero**: of the RL term's second order *nothing* is left. What does survive is the second order of the
+# cloning term, whose data do not depend on $\theta$. A variant with the ratio $\pi_\theta / \pi_{\mathrm{fixed}}$ for the logarithm keeps a part (Rothfuss et al., 2019).
+
+# %% tags=["meta-gradient-dropped-term"]
+clock.at("what the meta-gradient leaves out")
+theta = torch.randn(5, 2, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+
+
+def gradients(w_bc, alpha):
+    """Return the meta-gradient by each inner loss, and the first-order one."""
+    rule = Adaptation(1.0, w_bc, adapt_lr=alpha)
+    by_loss = {
+        kind: ExactMetaRL(mdps, task_weights, demo, rule, kind)
+        for kind in ("exact", "log", "ratio")
+    }
+    found = {kind: problem.meta_gradient(theta) for kind, problem in by_loss.items()}
+    return found | {"first order": by_loss["exact"].first_order_gradient(theta)}, by_loss["exact"]
+
+
+found, exact = gradients(w_bc=1.0, alpha=0.5)
+nudge = torch.randn(5, 2, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
+slope = (
+    exact.meta_objective(theta + 1e-5 * nudge) - exact.meta_objective(theta - 1e-5 * nudge)
+) / 2e-5
+assert torch.isclose((found["exact"] * nudge).sum(), slope, rtol=1e-6)
+print("exact meta-gradient and finite differences agree to six digits")
+
+# %%
+print(f"{'relative error of the meta-gradient':38}{'log':>8}{'ratio':>8}{'first order':>13}")
+for w_bc in (0.0, 1.0):
+    for alpha in (0.1, 0.5, 2.0):
+        found, _ = gradients(w_bc, alpha)
+        norm = found["exact"].norm()
+        error = {
+            kind: float((value - found["exact"]).norm() / norm) for kind, value in found.items()
+        }
+        name = f"w_bc = {w_bc:g}, alpha = {alpha:g}"
+        print(f"{name:38}{error['log']:8.1%}{error['ratio']:8.1%}{error['first order']:13.1%}")
+        if not w_bc:
+            assert torch.allclose(found["log"], found["first order"], atol=1e-12)
+        elif alpha < 1:
+            assert error["log"] > error["first order"]
+
+# %% [markdown]
+# Without cloning, the surrogate's meta-gradient *is* the first-order one. The dropped term grows with $\alpha$: a few per cent for small steps, a quarter and more for long ones. With cloning, keeping one second
+# derivative and dropping the other can even be *further* from the exact gradient than dropping both: two errors that partly cancelled.
+#
+# In a Gaussian network policy (notebook 06) $\nabla^2 \log \pi$ does depend on the action, so something of the RL term's second order is left; that notebook's finite differences check the derivative
+# *of the surrogate*, which is what the algorithm uses, not of $J$. A further dropped term, the dependence of $\mathcal D^{\mathrm{tr}}$ itself on $\theta$, is the subject of E-MAML (Stadie et al., 2018) and of DiCE (Foerster et al., 2018).
+#
+# ## Where the paper slips, and what we use
+#
+# | place | printed | here |
+# |---|---|---|
+# | (meta-PDL), last line | $a \sim \pi_{1,i}$ | $a \sim \pi_{k+1,i}$ |
+# | second term of (inter), first sum | $A^{\pi_{2,i}}$ | $A^{\pi_{k,i}}$ |
+# | step (b) | $=$ | $\ge$ |
+# | group 1 | the ratio $\pi_{k+1} / \pi_k$ under $d^{\pi_k}$, silent on actions with $\pi_k = 0$ | $\sum_a \pi_{k+1} A$, as in the proof; the bound is valid either way, since group 1 stays at or below 0 |
+# | $D_{TV}^{\pi}$ | a policy as superscript | states drawn from $d^\pi$ (Section 2) |
+# | Assumption 1 | in every state | the average $\Delta_{\mathrm{avg}}$ is enough |
+# | the new policy's states "replaced" by the demonstrator's | "in practice" | not a bound; (4) is |
+#
+# ## What was shown
+#
+# - Theorem 1 holds: eight moves, eighteen lines, each with both sides equal or in order, and no violation in ten thousand random families.
+# - Its first group is never positive; $\Delta_{\mathrm{avg}}$ for $\Delta$ gives a tighter bound that needs no assumption.
+# - With the demonstrator's states it fails, with Assumption 1 true, in two states; one more factor $1/(1-\gamma)$ mends it.
+# - Exact EMRLD shows each term at work: cloning first, reward later.
+#
+# **Next** notebook 06 trains the real algorithm. Or draw your own families: `emrld_lite.tabular` has everything used here.
+#
+# **References** Kakade and Langford (2002), *Approximately optimal approximate RL*; Achiam et al. (2017), *Constrained policy optimization*; Ng, Harada and Russell (1999), *Policy invariance under reward
+# transformations*; Rothfuss et al. (2019), *ProMP*; Stadie et al. (2018), *Some considerations on learning to explore via meta-RL*; Foerster et al. (2018), *DiCE*; Rengarajan et al. (2022), the paper.
