@@ -223,13 +223,13 @@ def show(*names):
 show("objective")
 
 # %% [markdown]
-# **Move 2 (performance difference lemma, Lemma 1; Kakade and Langford, 2002).** For any two policies in one world,
+# **Move 2 (performance difference lemma, Lemma 1; Kakade and Langford, 2002).** For any two policies $\pi_1$, $\pi_2$ in one world,
 #
-# $$J(\pi') - J(\pi) = \frac{1}{1 - \gamma}\, \mathbb E_{s \sim d^{\pi'},\, a \sim \pi'}\big[A^\pi(s, a)\big] . \qquad\text{(1)}$$
+# $$J(\pi_1) - J(\pi_2) = \frac{1}{1 - \gamma}\, \mathbb E_{s \sim d^{\pi_1},\, a \sim \pi_1}\big[A^{\pi_2}(s, a)\big] . \qquad\text{(1)}$$
 #
-# *Proof.* Follow $\pi'$ from $s_0 \sim \rho$. In expectation, $A^\pi(s_t, a_t) = R(s_t, a_t) + \gamma V^\pi(s_{t+1}) - V^\pi(s_t)$. Multiply by $\gamma^t$
-# and sum over $t$: the values **telescope** and only $-V^\pi(s_0)$ is left, so the sum is $J(\pi') - J(\pi)$. And for any function $f$,
-# $\sum_t \gamma^t\, \mathbb E f(s_t, a_t) = \frac{1}{1-\gamma} \mathbb E_{d^{\pi'}, \pi'} f$, by the definition of $d$. $\square$
+# *Proof.* Follow $\pi_1$ from $s_0 \sim \rho$. In expectation, $A^{\pi_2}(s_t, a_t) = R(s_t, a_t) + \gamma V^{\pi_2}(s_{t+1}) - V^{\pi_2}(s_t)$. Multiply by $\gamma^t$
+# and sum over $t$: the values **telescope** and only $-V^{\pi_2}(s_0)$ is left, so the sum is $J(\pi_1) - J(\pi_2)$. And for any function $f$,
+# $\sum_t \gamma^t\, \mathbb E f(s_t, a_t) = \frac{1}{1-\gamma} \mathbb E_{d^{\pi_1}, \pi_1} f$, by the definition of $d$. $\square$
 #
 # ### Exercise 3 · The right side of the lemma
 #
@@ -309,7 +309,7 @@ show("second_term")
 show("a_assumption", "a_zero", "a_absolute_demo", "a_absolute_old", "a")
 
 # %% [markdown]
-# **Move 7, step (b): Hölder's inequality.** $|A| \le C_1$, and $\sum_a |\pi - \pi'| = 2 D_{TV}$. (The paper writes "=" here; it is an inequality, in the right direction.)
+# **Move 7, step (b): Hölder's inequality.** $|A| \le C_1$, and $\sum_a |\pi_1 - \pi_2| = 2 D_{TV}$. (The paper writes "=" here; it is an inequality, in the right direction.)
 
 # %% tags=["proof-b"]
 show("b_demo", "b_old", "b")
@@ -414,7 +414,7 @@ print(f"truth: {once.improvement:.3f}")
 #
 # **The trust-region bound** of Achiam et al. (2017) knows nothing of demonstrators:
 #
-# $$J(\pi') - J(\pi) \ge \frac{1}{1-\gamma} \Big( \mathbb E_{d^\pi, \pi'}[A^\pi] - \frac{2\gamma\, \epsilon}{1-\gamma}\, D_{TV}^{\pi}(\pi', \pi) \Big), \qquad \epsilon = \max_s \big|\mathbb E_{a \sim \pi'}[A^\pi(s, a)]\big| . \qquad\text{(3)}$$
+# $$J(\pi_1) - J(\pi_2) \ge \frac{1}{1-\gamma} \Big( \mathbb E_{d^{\pi_2},\, \pi_1}[A^{\pi_2}] - \frac{2\gamma\, \epsilon}{1-\gamma}\, D_{TV}^{\pi_2}(\pi_1, \pi_2) \Big), \qquad \epsilon = \max_s \big|\mathbb E_{a \sim \pi_1}[A^{\pi_2}(s, a)]\big| . \qquad\text{(3)}$$
 #
 # We average it over the tasks. **Predict first:** on the way from the old policy to the demonstrator, where does it win, and where does (2)?
 
@@ -570,11 +570,14 @@ check.break_the_substitution(break_the_substitution)
 #
 # $$J_{\mathrm{meta}}(\pi_{k+1}) - J_{\mathrm{meta}}(\pi_k) \ge \frac{1}{1-\gamma}\Big(\mathbb E_{i,\, d_i^{\mathrm{dem}},\, \pi_i^{\mathrm{dem}}}[A_i] - \frac{2 C_1}{1-\gamma}\, \mathbb E_i D_{TV}^{\mathrm{dem}}(\pi_{k+1,i}, \pi_i^{\mathrm{dem}})\Big) . \qquad\text{(4)}$$
 #
-# *Proof, in one task.* (i) Both visitations solve a flow equation, $d' = (1-\gamma)\rho + \gamma P'^{\mathsf T} d'$ for the new policy and $d = (1-\gamma)\rho + \gamma P^{\mathsf T} d$ for the
-# demonstrator. Subtract: $(I - \gamma P'^{\mathsf T})(d' - d) = \gamma (P' - P)^{\mathsf T} d$. The inverse of the matrix on the left, a sum $\sum_t \gamma^t (P'^{\mathsf T})^t$, stretches the
-# 1-norm by at most $1/(1-\gamma)$; the right side has 1-norm at most $2\gamma\, D_{TV}^{\mathrm{dem}}$. So $\|d' - d\|_1 \le \frac{2\gamma}{1-\gamma} D_{TV}^{\mathrm{dem}}$.
-# (ii) Let $g(s) = \sum_a \pi_{k+1}(a \mid s) A(s, a)$, $|g| \le C_1$. By (meta-PDL), $(1-\gamma)(J(\pi_{k+1}) - J(\pi_k)) = \sum_s d' g \ge \sum_s d\, g - C_1 \|d' - d\|_1$.
-# (iii) $\sum_s d\, g \ge \mathbb E_{d, \mathrm{dem}}[A] - 2 C_1 D_{TV}^{\mathrm{dem}}$ by Hölder. Add up: $2 C_1 \big(1 + \frac{\gamma}{1-\gamma}\big) = \frac{2 C_1}{1-\gamma}$. $\square$
+# *Proof, in one task.* Write $d_1, P_1$ for the visitation and the chain of the new policy, $d_0, P_0$ for those of the demonstrator.
+#
+# 1. *How far apart are the visitations?* Both solve a flow equation, $d_j = (1-\gamma)\rho + \gamma P_j^{\mathsf T} d_j$. Subtract: $(I - \gamma P_1^{\mathsf T})(d_1 - d_0) = \gamma (P_1 - P_0)^{\mathsf T} d_0$. The inverse
+# of the matrix on the left, $\sum_t \gamma^t (P_1^{\mathsf T})^t$, stretches the 1-norm by at most $1/(1-\gamma)$; the right side has 1-norm at most $2\gamma D_{TV}^{\mathrm{dem}}$. So $\|d_1 - d_0\|_1 \le \frac{2\gamma}{1-\gamma} D_{TV}^{\mathrm{dem}}$.
+# 2. *Change the states.* Let $g(s) = \sum_a \pi_{k+1}(a \mid s) A(s, a)$, so $|g| \le C_1$. By (meta-PDL), $(1-\gamma)\big(J(\pi_{k+1}) - J(\pi_k)\big) = \sum_s d_1 g \ge \sum_s d_0\, g - C_1 \|d_1 - d_0\|_1$.
+# 3. *Change the actions.* By Hölder, $\sum_s d_0\, g \ge \mathbb E_{d_0, \mathrm{dem}}[A] - 2 C_1 D_{TV}^{\mathrm{dem}}$.
+#
+# Add up: $2 C_1 \big(1 + \frac{\gamma}{1-\gamma}\big) = \frac{2 C_1}{1-\gamma}$. $\square$
 #
 # By Lemma 1 the first term of (4) is simply $J_{\mathrm{meta}}(\mathrm{dem}) - J_{\mathrm{meta}}(\pi_k)$: *you gain what the demonstrator would, less the price of not being him*.
 # It holds in all our random families (`repaired` was among the five bounds above). The two-state family shows that the extra factor cannot be dropped: there a distance of

@@ -70,6 +70,7 @@ def execute(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
         timeout=CELL_TIMEOUT,
         kernel_name="python3",
         record_timing=False,
+        coalesce_streams=True,  # how the kernel cut its output is chance
         resources={"metadata": {"path": str(HERE)}},
     )
     client.execute()
