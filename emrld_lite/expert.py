@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
+from matplotlib.axes import Axes
 
 from .advantage import discounted_returns, generalised_advantage, normalise
 from .envs import ENVIRONMENTS, Environment, Transition, make
@@ -96,6 +97,10 @@ class GoalConditioned(Environment):
         inside = states[..., : self.environment.state_dim]
         moved = self.environment.step(tasks, inside, actions, time)
         return moved._replace(states=self._append(tasks, moved.states))
+
+    def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
+        """Draw with the environment inside."""
+        self.environment.draw(axes, task, states[:, : self.environment.state_dim])
 
     @staticmethod
     def _append(tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:

@@ -78,7 +78,8 @@ class TrainConfig:
 
     def environment(self) -> Environment:
         """Return the environment of the run."""
-        return make(self.env, step_rule=self.step_rule)
+        options = {"step_rule": self.step_rule} if self.env == "point2d" else {}
+        return make(self.env, **options)
 
     def adaptation(self, quality: str) -> Adaptation:
         """Return the adaptation for demonstrations of ``quality``."""

@@ -1,4 +1,4 @@
-"""Point2D against the paper's formula, and the two shells against each other."""
+"""Every environment against the paper's formulas, and the two shells against each other."""
 
 import math
 import warnings
@@ -11,7 +11,10 @@ from gymnasium.utils.env_checker import check_env
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emrld_lite.envs import make, point2d
+from emrld_lite.envs import GYMNASIUM_IDS, cheetah_body, half_cheetah, make, point2d
+from emrld_lite.envs.goals import goals_at
+from emrld_lite.policy import initialise
+from emrld_lite.rollout import collect
 from emrld_lite.validation import InputError
 
 ORIGIN = torch.zeros(1, 1, 2)
@@ -59,7 +62,7 @@ def test_step_against_plain_floats(action, start, time, angle):
     if norm > 0.1:
         dx, dy = 0.1 * dx / norm, 0.1 * dy / norm
     x, y = start[0] + dx, start[1] + dy
-    goal = point2d.goals_at(np.array([angle]))
+    goal = goals_at(np.array([angle]))
     moved = make("point2d").step(goal, torch.tensor([[start]]), torch.tensor([[action]]), time)
     assert moved.states[0, 0].tolist() == pytest.approx([x, y], abs=1e-6)
     distance = math.dist((x, y), goal[0].tolist())
@@ -81,36 +84,281 @@ def test_training_goals_are_twelve_on_the_semicircle():
     assert (goals[:, 1] >= -1e-6).all()
 
 
-def test_batched_and_single_episodes_are_identical_bit_for_bit():
-    environment = make("point2d")
+# --- TwoWheeled -----------------------------------------------------------------------------------
+
+
+def drive_by_hand(state, action, v_limit, omega_limit, turn_extra=0.0):
+    """The paper's kinematics, appendix B, in plain floats."""
+    linear, angular = (min(1.0, max(-1.0, a)) for a in action)
+    v, omega = v_limit * (linear + 1) / 2, omega_limit * angular
+    x, y, theta = state
+    return (
+        x + v * math.cos(theta) * 0.5,
+        y + v * math.sin(theta) * 0.5,
+        theta + omega * 0.5 + turn_extra,
+    )
+
+
+poses = st.tuples(st.floats(-2.3, 2.3), st.floats(-2.3, 2.3), st.floats(-9, 9))
+pairs = st.lists(st.floats(-3, 3), min_size=2, max_size=2)
+
+
+@given(poses, pairs, st.floats(0, math.pi))
+@settings(max_examples=60, deadline=None)
+def test_wheeled_step_against_plain_floats(pose, action, angle):
+    goal = goals_at(np.array([angle]))
+    moved = make("two_wheeled").step(goal, torch.tensor([[pose]]), torch.tensor([[action]]), 0)
+    expected = drive_by_hand(pose, action, 0.22, 2.84)
+    assert moved.states[0, 0].tolist() == pytest.approx(expected, abs=1e-5)
+
+
+@given(poses, pairs, st.floats(-0.8, 0.8), st.sampled_from(["rate", "literal"]))
+@settings(max_examples=60, deadline=None)
+def test_drift_step_against_plain_floats(pose, action, drift, rule):
+    environment = make("two_wheeled_drift", drift_rule=rule)
+    tasks = torch.tensor([[drift]])
+    moved = environment.step(tasks, torch.tensor([[pose]]), torch.tensor([[action]]), 0)
+    extra = drift * 0.5 if rule == "rate" else drift
+    expected = drive_by_hand(pose, action, 0.15, 1.5, extra)
+    assert moved.states[0, 0].tolist() == pytest.approx(expected, abs=1e-5)
+
+
+STANDING = torch.tensor([[[-1.0, 0.0]]])  # v = 0, omega = 0
+
+
+@pytest.mark.parametrize(
+    ("name", "box", "tasks", "goal"),
+    [
+        ("two_wheeled", 0.2, torch.tensor([[0.0, 2.0]]), (0.0, 2.0)),
+        ("two_wheeled_drift", 0.1, torch.zeros(1, 1), (2.0, 1.0)),
+    ],
+)
+def test_wheeled_reward_at_each_branch(name, box, tasks, goal):
+    for dx, dy in ((0, 0), (box - 0.01, box - 0.01), (box + 0.01, 0), (0.3, 0.3), (0.35, 0.4)):
+        states = torch.tensor([[[goal[0] - dx, goal[1] - dy, 0.7]]])
+        moved = make(name).step(tasks, states, STANDING, time=30)
+        inside, distance = max(dx, dy) <= box, math.hypot(dx, dy)
+        expected = 69.0 if inside else 1 - distance if distance <= 0.5 else 0.0
+        assert float(moved.rewards) == pytest.approx(expected, abs=1e-5), (dx, dy)
+        assert bool(moved.success) == bool(moved.terminated) == inside
+        dense = make(name, reward="dense").step(tasks, states, STANDING, time=30)
+        assert float(dense.rewards) == pytest.approx(-distance, abs=1e-5)
+
+
+def test_leaving_the_arena_ends_the_episode_without_success():
+    ahead = torch.tensor([[[1.0, 0.0]]])
+    for x, outside in ((2.3, False), (2.45, True)):
+        moved = make("two_wheeled").step(
+            torch.tensor([[0.0, 2.0]]), torch.tensor([[[x, 0.0, 0.0]]]), ahead, 0
+        )
+        assert bool(moved.terminated) == outside
+        assert not moved.success
+
+
+def test_wheeled_training_tasks():
+    assert make("two_wheeled").training_tasks().shape == (24, 2)
+    assert make("two_wheeled_drift").training_tasks().shape == (9, 1)
+
+
+# --- HalfCheetah ----------------------------------------------------------------------------------
+
+
+def test_cheetah_steps_like_mujoco_in_a_plain_loop():
+    mujoco = pytest.importorskip("mujoco")
+    environment = make("half_cheetah", reward="dense")
+    random = np.random.default_rng(0)
+    tasks = torch.tensor([[1.0], [-1.0]])
+    states = environment.reset(tasks, 2)
+    model = cheetah_body.cheetah_model()
+    alone = [mujoco.MjData(model) for _ in range(4)]
+    for time in range(20):
+        actions = random.uniform(-1.3, 1.3, (2, 2, 6)).astype(np.float32)
+        moved = environment.step(tasks, states, torch.from_numpy(actions), time)
+        for number, data in enumerate(alone):
+            task, episode = divmod(number, 2)
+            x = data.qpos[0]
+            data.ctrl[:] = np.clip(actions[task, episode], -1, 1)
+            mujoco.mj_step(model, data, nstep=5)
+            seen = [*data.qpos[1:], *data.qvel, data.qpos[0], 0.0, data.qpos[1] + 0.7]
+            assert moved.states[task, episode].tolist() == pytest.approx(seen, abs=1e-5)
+            cost = 0.05 * (data.ctrl**2).sum()
+            reward = float(tasks[task]) * (data.qpos[0] - x) / 0.05 - cost
+            assert float(moved.rewards[task, episode]) == pytest.approx(reward, abs=1e-4)
+        states = moved.states
+
+
+def test_the_torso_is_where_mujoco_says():
+    mujoco = pytest.importorskip("mujoco")
+    model = cheetah_body.cheetah_model()
+    data = mujoco.MjData(model)
+    data.qpos[:] = np.random.default_rng(1).normal(size=9)
+    mujoco.mj_forward(model, data)
+    seen = half_cheetah.observation(data.qpos, data.qvel)
+    assert seen[17:] == pytest.approx(data.body("torso").xpos)
+    restored, _ = cheetah_body.full_state(torch.from_numpy(seen))
+    assert restored == pytest.approx(data.qpos)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_cheetah_is_paid_beyond_two_metres_only(direction):
+    environment = make("half_cheetah")
+    tasks = torch.tensor([[direction]])
+    states = environment.reset(tasks, 1)
+    for x, paid in ((1.9, False), (2.1, True), (-1.9, False), (-2.1, True)):
+        environment._running["batch"].bind("qpos")[:, 0] = x
+        states = environment._observe(1, 1, states.device)
+        moved = environment.step(tasks, states, torch.zeros(1, 1, 6), 0)
+        forward = (float(moved.states[0, 0, 17]) - float(states[0, 0, 17])) / 0.05
+        assert float(moved.rewards) == pytest.approx(direction * forward if paid else 0.0, abs=1e-4)
+        assert bool(moved.success) == (paid and x * direction > 0)
+
+
+def test_cheetah_threads_do_not_change_the_rollout():
+    params = initialise(20, 6, seed=0)
+    rollouts = []
+    for threads in (1, 2):
+        environment = make("half_cheetah", threads=threads)
+        random = torch.Generator().manual_seed(0)
+        rollouts.append(collect(environment, environment.training_tasks(), params, 2, random))
+    for one, two in zip(*rollouts, strict=True):
+        assert one is two is None or torch.equal(one, two)
+
+
+def test_a_broken_simulation_ends_and_pays_nothing():
+    environment = make("half_cheetah", reward="dense")
+    tasks = torch.tensor([[1.0]])
+    environment.reset(tasks, 2)
+    environment._running["batch"].bind("qvel")[0, 0] = 1e7
+    states = environment._observe(1, 2, tasks.device)
+    moved = environment.step(tasks, states, torch.zeros(1, 2, 6), 0)
+    assert moved.terminated[0].tolist() == [True, False]
+    assert moved.rewards[0, 0] == 0
+    assert torch.isfinite(moved.states).all()
+
+
+def test_cheetah_refuses_states_that_are_not_its_own():
+    environment = make("half_cheetah")
+    tasks = environment.training_tasks()
+    states = environment.reset(tasks, 1)
+    with pytest.raises(InputError, match="states"):
+        environment.step(tasks, states + 0.1, torch.zeros(10, 1, 6), 0)
+
+
+# --- every environment ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", GYMNASIUM_IDS)
+def test_batched_and_single_episodes_are_identical_bit_for_bit(name):
+    environment = make(name)
     random = np.random.default_rng(3)
-    tasks = environment.sample_tasks(5, random)
-    actions = torch.from_numpy(random.normal(size=(5, 7, 40, 2)).astype(np.float32))
-    states = environment.reset(tasks, 7)
+    tasks = environment.sample_tasks(3, random)
+    actions = random.normal(size=(3, 5, 40, environment.action_dim)).astype(np.float32)
+    states = environment.reset(tasks, 5)
     batched = []
     for time in range(40):
-        moved = environment.step(tasks, states, actions[:, :, time], time)
+        moved = environment.step(tasks, states, torch.from_numpy(actions[:, :, time]), time)
         states = moved.states
         batched.append(moved)
-    single = gymnasium.make("emrld_lite/Point2D-v0").unwrapped
-    for task in range(5):
-        for episode in range(7):
+    single = gymnasium.make(GYMNASIUM_IDS[name]).unwrapped
+    for task in range(3):
+        for episode in range(5):
             single.reset(options={"task": tasks[task].numpy()})
             for time in range(40):
-                observation, reward, terminated, _, _ = single.step(
-                    actions[task, episode, time].numpy()
-                )
+                observation, reward, terminated, _, _ = single.step(actions[task, episode, time])
                 moved = batched[time]
                 assert (observation == moved.states[task, episode].numpy()).all()
                 assert reward == float(moved.rewards[task, episode])
                 assert terminated == bool(moved.terminated[task, episode])
 
 
-def test_gymnasium_accepts_the_environment_without_a_warning():
+@pytest.mark.parametrize("name", GYMNASIUM_IDS)
+def test_gymnasium_accepts_the_environment_without_a_warning(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.filterwarnings("ignore", message=".*different from the unwrapped version.*")
-        check_env(gymnasium.make("emrld_lite/Point2D-v0").unwrapped, skip_render_check=True)
+        check_env(gymnasium.make(GYMNASIUM_IDS[name]).unwrapped)
+
+
+@pytest.mark.parametrize("name", GYMNASIUM_IDS)
+def test_observations_stay_within_their_space(name):
+    single = gymnasium.make(GYMNASIUM_IDS[name]).unwrapped
+    observation, _ = single.reset(seed=1)
+    single.action_space.seed(1)
+    push = single.action_space.high
+    for time in range(100):
+        assert observation in single.observation_space
+        observation, _, terminated, _, _ = single.step(
+            push if time % 2 else single.action_space.sample()
+        )
+        if terminated:
+            break
+    assert observation in single.observation_space
+
+
+@pytest.mark.parametrize("name", GYMNASIUM_IDS)
+def test_a_picture_of_every_environment(name):
+    single = gymnasium.make(GYMNASIUM_IDS[name], render_mode="rgb_array").unwrapped
+    with pytest.raises(InputError, match="reset"):
+        single.render()
+    single.reset(seed=0)
+    before = single.render()
+    for _ in range(8):
+        single.step(single.action_space.high)
+    assert before.shape == (480, 480, 3)
+    assert before.dtype == np.uint8
+    assert (single.render() != before).any()
+
+
+@pytest.mark.parametrize("name", GYMNASIUM_IDS)
+def test_without_a_screen_human_rendering_says_so_and_goes_on(name, caplog):
+    single = gymnasium.make(GYMNASIUM_IDS[name], render_mode="human").unwrapped
+    single.reset(seed=0)
+    single.step(single.action_space.high)
+    single.close()
+    assert "no screen" in caplog.text
+
+
+def test_without_a_gl_library_the_cheetah_is_drawn(monkeypatch):
+    def none(*_):
+        raise RuntimeError("no GL here")
+
+    monkeypatch.setattr(cheetah_body.mujoco, "Renderer", none)
+    cheetah_body.renderer.cache_clear()
+    try:
+        assert cheetah_body.rendered(torch.zeros(20)) is None
+        single = gymnasium.make(GYMNASIUM_IDS["half_cheetah"], render_mode="rgb_array").unwrapped
+        single.reset(seed=0)
+        assert single.render().std() > 0
+    finally:
+        cheetah_body.renderer.cache_clear()
+
+
+@pytest.mark.parametrize("name", GYMNASIUM_IDS)
+def test_test_tasks_are_drawn_anew_and_belong(name):
+    environment = make(name)
+    drawn = environment.sample_tasks(40, np.random.default_rng(0))
+    environment.check_tasks(drawn)
+    environment.check_tasks(environment.training_tasks())
+    if name != "half_cheetah":  # the paper's cheetah has the same two tasks
+        gaps = torch.cdist(drawn, environment.training_tasks())
+        assert gaps.min() > 0
+    else:
+        assert set(drawn[:, 0].tolist()) == {-1.0, 1.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "task", "message"),
+    [
+        ("two_wheeled", [0.0, 1.0], "TwoWheeled task 0"),
+        ("two_wheeled", [1.0], "TwoWheeled goals"),
+        ("two_wheeled_drift", [0.9], "TwoWheeledDrift task 0"),
+        ("two_wheeled_drift", [0.0, 2.0], "TwoWheeledDrift drifts"),
+        ("half_cheetah", [0.5], "HalfCheetah task 0"),
+        ("half_cheetah", [0.0, 2.0], "HalfCheetah directions"),
+    ],
+)
+def test_tasks_of_another_environment_are_refused(name, task, message):
+    with pytest.raises(InputError, match=message):
+        make(name).check_tasks(torch.tensor([task]))
 
 
 def test_episode_is_truncated_at_the_horizon():
@@ -144,3 +392,7 @@ def test_unknown_names_suggest_the_nearest():
         make("point_2d")
     with pytest.raises(InputError, match="Did you mean 'dense'"):
         make("point2d", reward="dence")
+    with pytest.raises(InputError, match="unknown option of two_wheeled 'step_rule'"):
+        make("two_wheeled", step_rule="exact")
+    with pytest.raises(InputError, match="render mode"):
+        gymnasium.make("emrld_lite/Point2D-v0", render_mode="ansi")

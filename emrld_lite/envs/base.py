@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
+from matplotlib.axes import Axes
+
+from .drawing import pixels
 
 
 class Transition(NamedTuple):
@@ -63,3 +66,11 @@ class Environment(ABC):
         self, tasks: torch.Tensor, states: torch.Tensor, actions: torch.Tensor, time: int
     ) -> Transition:
         """Apply actions (task, episode, action) at time index ``time`` in 0 .. horizon - 1."""
+
+    @abstractmethod
+    def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
+        """Draw one task (task_dim,) and an episode's states so far (time, state)."""
+
+    def picture(self, task: torch.Tensor, states: torch.Tensor) -> np.ndarray:
+        """Return the same as pixels, (480, 480, 3), uint8."""
+        return pixels(lambda axes: self.draw(axes, task, states))

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import torch
+from matplotlib.axes import Axes
 
-from ..validation import InputError, known, positive_count, real_number, shaped
+from ..validation import known, positive_count
 from .base import Environment, Transition
+from .drawing import path, round_goal
+from .goals import check_goals, goal_distance, sample_goals, spread_goals
 
 HORIZON = 100  # steps, appendix B
-GOAL_RADIUS = 2.0  # distance of every goal from the start
 STEP_LIMIT = 0.1  # dx^2 + dy^2 <= 0.1^2
 NEAR = 0.2  # D_1: inside, the reward is one minus the distance
 REACHED = 0.02  # D_2: inside, the remaining steps are paid out and the episode ends
@@ -33,13 +34,6 @@ def displacement(actions: torch.Tensor, step_rule: str) -> torch.Tensor:
     else:
         scale = STEP_LIMIT / norm.clamp_min(STEP_LIMIT)
     return moves * scale[..., None]
-
-
-def goal_distance(states: torch.Tensor, goals: torch.Tensor) -> torch.Tensor:
-    """Return Euclidean distances, (...) from states (..., 2) and goals (..., 2)."""
-    dx = states[..., 0] - goals[..., 0]
-    dy = states[..., 1] - goals[..., 1]
-    return (dx * dx + dy * dy).sqrt()
 
 
 def sparse_reward(distance: torch.Tensor, time: int) -> torch.Tensor:
@@ -80,24 +74,15 @@ class Point2D(Environment):
 
     def training_tasks(self) -> torch.Tensor:
         """Return 12 goals, evenly spread over the semicircle with both its ends, (12, 2)."""
-        return goals_at(np.linspace(0.0, math.pi, 12))
+        return spread_goals(12)
 
     def sample_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
         """Return goals drawn uniformly from the semicircle, (count, 2)."""
-        return goals_at(random.uniform(0.0, math.pi, positive_count("tasks", count)))
+        return sample_goals(count, random)
 
     def check_tasks(self, tasks: torch.Tensor) -> torch.Tensor:
         """Return goals (task, 2) unless one lies off the upper semicircle of radius 2."""
-        shaped("Point2D goals", tasks, ("task", 2))
-        radius = goal_distance(tasks, torch.zeros(2, device=tasks.device))
-        wrong = ((radius - GOAL_RADIUS).abs() > 1e-3) | (tasks[:, 1] < -1e-3)
-        if wrong.any():
-            task = int(wrong.nonzero()[0])
-            raise InputError(
-                f"Point2D task {task}: expected a goal on the upper semicircle of radius "
-                f"{GOAL_RADIUS}, got {tuple(round(v, 4) for v in tasks[task].tolist())}"
-            )
-        return tasks
+        return check_goals("Point2D", tasks)
 
     def reset(self, tasks: torch.Tensor, episodes: int) -> torch.Tensor:
         """Return the origin for every episode, (task, episode, 2)."""
@@ -113,10 +98,9 @@ class Point2D(Environment):
         rewards = -distance if self.reward == "dense" else sparse_reward(distance, time)
         return Transition(moved, rewards, reached, reached)
 
-
-def goals_at(angles: np.ndarray) -> torch.Tensor:
-    """Return points on the circle of radius 2 at ``angles`` in radians, (angle, 2), float32."""
-    for angle in np.atleast_1d(angles):
-        real_number("goal angle in radians", float(angle))
-    goals = GOAL_RADIUS * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    return torch.tensor(goals, dtype=torch.float32)
+    def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
+        """Draw the goal's disc, the way so far, and the point at its end."""
+        round_goal(axes, task.tolist(), NEAR)
+        path(axes, states)
+        axes.plot(*states[-1].tolist(), marker="o", color="black", markersize=5, linestyle="none")
+        axes.set(xlim=(-2.6, 2.6), ylim=(-2.6, 2.6))

@@ -8,8 +8,9 @@ import gymnasium
 import numpy as np
 import torch
 
-from ..validation import InputError
+from ..validation import InputError, known
 from .base import Environment
+from .drawing import Window
 
 
 class SingleEpisode(gymnasium.Env):
@@ -21,10 +22,14 @@ class SingleEpisode(gymnasium.Env):
     raises InputError.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 20}
 
-    def __init__(self, environment: Environment) -> None:
+    def __init__(self, environment: Environment, render_mode: str | None = None) -> None:
+        if render_mode is not None:
+            known("render mode", render_mode, self.metadata["render_modes"])
         self.environment = environment
+        self.render_mode = render_mode
+        self._window: Window | None = None
         self.observation_space = gymnasium.spaces.Box(
             np.array(environment.observation_low, dtype=np.float32),
             np.array(environment.observation_high, dtype=np.float32),
@@ -46,7 +51,8 @@ class SingleEpisode(gymnasium.Env):
             values = np.asarray(chosen, dtype=np.float32).reshape(1, -1)
             self._task = self.environment.check_tasks(torch.from_numpy(values))
         self._states = self.environment.reset(self._task, episodes=1)
-        self._time = 0
+        self._time, self._path = 0, [self._states[0, 0]]
+        self._show()
         return self._observation(), self._info(success=False)
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
@@ -61,9 +67,34 @@ class SingleEpisode(gymnasium.Env):
         actions = torch.from_numpy(values).reshape(1, 1, -1)
         moved = self.environment.step(self._task, self._states, actions, self._time)
         self._states, self._time = moved.states, self._time + 1
+        self._path.append(self._states[0, 0])
+        self._show()
         truncated = self._time >= self.environment.horizon
         info = self._info(success=bool(moved.success))
         return self._observation(), float(moved.rewards), bool(moved.terminated), truncated, info
+
+    def render(self) -> np.ndarray | None:
+        """Return the picture of "rgb_array", (480, 480, 3), uint8; with "human" it is on the screen."""
+        if self.render_mode != "rgb_array":
+            return None
+        if not hasattr(self, "_path"):
+            raise InputError("render: call reset first")
+        return self._picture()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    def _picture(self) -> np.ndarray:
+        return self.environment.picture(self._task[0], torch.stack(self._path))
+
+    def _show(self) -> None:
+        """With "human", put the picture on the screen."""
+        if self.render_mode == "human":
+            self._window = self._window or Window(self.environment.name)
+            self._window.show(self._picture())
 
     def _observation(self) -> np.ndarray:
         return self._states[0, 0].numpy().copy()

@@ -1,0 +1,70 @@
+"""The cheetah's body: its MuJoCo model, its capsules for drawing, and MuJoCo's own pictures of it."""
+
+from __future__ import annotations
+
+import functools
+import logging
+from pathlib import Path
+
+import gymnasium
+import mujoco
+import numpy as np
+import torch
+
+logger = logging.getLogger(__name__)
+
+
+@functools.cache
+def cheetah_model() -> mujoco.MjModel:
+    """Return Gymnasium's HalfCheetah as a MuJoCo model; its warnings go to ``logging``."""
+    mujoco.set_mju_user_warning(lambda text: logger.info("mujoco: %s", text))
+    folder = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
+    return mujoco.MjModel.from_xml_path(str(folder / "half_cheetah.xml"))
+
+
+def full_state(state: torch.Tensor) -> tuple[np.ndarray, np.ndarray]:
+    """Return qpos (9,) and qvel (9,) from an observation (20,)."""
+    values = state.double().numpy()
+    return np.concatenate([values[17:18], values[:8]]), values[8:17]
+
+
+def capsules(state: torch.Tensor) -> list[tuple[np.ndarray, float]]:
+    """Return the body's capsules as ends (2, 2) in x and z and radii, metres, from a state (20,)."""
+    model = cheetah_model()
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = full_state(state)
+    mujoco.mj_forward(model, data)
+    drawn = []
+    for geom in range(model.ngeom):
+        if model.geom_type[geom] != int(mujoco.mjtGeom.mjGEOM_CAPSULE):
+            continue
+        radius, half = model.geom_size[geom, :2]
+        axis = data.geom_xmat[geom].reshape(3, 3)[:, 2] * half
+        ends = np.stack([data.geom_xpos[geom] - axis, data.geom_xpos[geom] + axis])
+        drawn.append((ends[:, [0, 2]], float(radius)))
+    return drawn
+
+
+@functools.cache
+def renderer() -> mujoco.Renderer | None:
+    """Return MuJoCo's renderer, or None (and a line in the log) where there is no GL library for it.
+
+    Without a screen, OSMesa or EGL and MUJOCO_GL=osmesa or egl before Python starts make one.
+    """
+    try:
+        return mujoco.Renderer(cheetah_model(), 480, 480)
+    except Exception as error:  # each GL library fails with errors of its own
+        logger.warning("no GL library for MuJoCo (%s): the cheetah is drawn with matplotlib", error)
+        return None
+
+
+def rendered(state: torch.Tensor) -> np.ndarray | None:
+    """Return MuJoCo's picture (480, 480, 3), uint8, of a state (20,), or None where it cannot draw."""
+    maker = renderer()
+    if maker is None:
+        return None
+    data = mujoco.MjData(cheetah_model())
+    data.qpos[:], data.qvel[:] = full_state(state)
+    mujoco.mj_forward(cheetah_model(), data)
+    maker.update_scene(data, camera="track")
+    return maker.render().copy()

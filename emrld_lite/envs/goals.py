@@ -1,0 +1,51 @@
+"""Goals on the semicircle: what Point2D and TwoWheeled share."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+
+from ..validation import InputError, positive_count, real_number, shaped
+
+GOAL_RADIUS = 2.0  # distance of every goal from the start
+
+
+def goals_at(angles: np.ndarray) -> torch.Tensor:
+    """Return points on the circle of radius 2 at ``angles`` in radians, (angle, 2), float32."""
+    for angle in np.atleast_1d(angles):
+        real_number("goal angle in radians", float(angle))
+    goals = GOAL_RADIUS * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    return torch.tensor(goals, dtype=torch.float32)
+
+
+def spread_goals(count: int) -> torch.Tensor:
+    """Return ``count`` goals, evenly spread over the upper semicircle with both its ends."""
+    return goals_at(np.linspace(0.0, math.pi, count))
+
+
+def sample_goals(count: int, random: np.random.Generator) -> torch.Tensor:
+    """Return goals drawn uniformly from the upper semicircle, (count, 2)."""
+    return goals_at(random.uniform(0.0, math.pi, positive_count("tasks", count)))
+
+
+def check_goals(name: str, goals: torch.Tensor) -> torch.Tensor:
+    """Return goals (task, 2) unless one lies off the upper semicircle; then raise InputError."""
+    shaped(f"{name} goals", goals, ("task", 2))
+    radius = goal_distance(goals, torch.zeros(2, device=goals.device))
+    wrong = ((radius - GOAL_RADIUS).abs() > 1e-3) | (goals[:, 1] < -1e-3)
+    if wrong.any():
+        task = int(wrong.nonzero()[0])
+        raise InputError(
+            f"{name} task {task}: expected a goal on the upper semicircle of radius "
+            f"{GOAL_RADIUS}, got {tuple(round(v, 4) for v in goals[task].tolist())}"
+        )
+    return goals
+
+
+def goal_distance(states: torch.Tensor, goals: torch.Tensor) -> torch.Tensor:
+    """Return Euclidean distances, (...) from states (..., 2 or more) and goals (..., 2)."""
+    dx = states[..., 0] - goals[..., 0]
+    dy = states[..., 1] - goals[..., 1]
+    return (dx * dx + dy * dy).sqrt()
