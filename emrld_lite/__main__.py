@@ -16,7 +16,7 @@ from . import demonstrations as demonstration_files
 from . import demonstrator, plots, runs, storage
 from .envs import make
 from .evaluate import EVALUATION_COLUMNS, AdaptationCurve, adaptation_curve, steps_to_goal
-from .expert import ExpertConfig
+from .expert import expert_config
 from .rollout import Rollout, episode_returns
 from .train import Iterate, TrainConfig
 from .validation import InputError, known, positive_count
@@ -30,18 +30,27 @@ DEVICES = ("cpu", "cuda")
 INTERRUPTED = 130  # the shell's exit code for Ctrl-C
 
 
-def demos(env: str, quality: str, out: Path, seed: int = 0, expert_out: Path | None = None) -> None:
+def demos(
+    env: str,
+    quality: str,
+    out: Path,
+    seed: int = 0,
+    expert_out: Path | None = None,
+    threads: int = 1,
+) -> None:
     """Train a goal-conditioned expert and write one demonstration a training task.
 
     Args:
-        env: environment, such as point2d
-        quality: optimal, or suboptimal (partly trained, noisy, cut short of the reward)
+        env: point2d, two_wheeled, half_cheetah or two_wheeled_drift
+        quality: optimal, or suboptimal (partly trained, noisy, beginning or end cut off)
         out: demonstration file to write, .npz
         seed: seed of the expert and of the demonstrations
         expert_out: where to keep the expert's policy too, .safetensors
+        threads: CPU threads; the same number makes the same bytes
     """
-    config = ExpertConfig(env=env, seed=seed)
-    known("quality", quality, demonstration_files.QUALITIES)
+    _set_threads(threads, asked=threads)
+    config = expert_config(env, seed)
+    demonstrator.recipe(env, quality)
     _refuse_suffix(out, ".npz")
     with tqdm(total=config.iterations, unit="iteration", desc=f"expert {env} {quality}") as bar:
         for iterate in demonstrator.train_to_quality(config, quality):
@@ -144,7 +153,7 @@ def bench(
     threads: int | None = None,
     tasks: tuple[int, ...] = (12, 24, 48, 96),
 ) -> None:
-    """Measure seconds a meta-iteration by part, environment steps a second, memory, and growth.
+    """Measure seconds a meta-iteration by part, steps a second, memory, growth, and MuJoCo's overhead.
 
     Args:
         iterations: meta-iterations to time, at full-length episodes
@@ -153,6 +162,7 @@ def bench(
     """
     _set_threads(threads, asked=threads)
     benchmark.report(positive_count("iterations", iterations), tasks)
+    benchmark.report_cheetah()
 
 
 def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:

@@ -7,12 +7,15 @@ import sys
 import time
 from typing import NamedTuple
 
+import mujoco
 import numpy as np
 import torch
 
 from . import timing
 from .demonstrator import demonstrate, load_or_train_expert
 from .envs import make
+from .envs.cheetah_body import cheetah_model
+from .envs.half_cheetah import FRAME_SKIP
 from .policy import initialise
 from .train import TrainConfig, iteration_generator, meta_iteration
 
@@ -106,3 +109,47 @@ def report(iterations: int, tasks: tuple[int, ...]) -> None:
             "  ".join(f"{c:>{max(9, len(h))}}" for c, h in zip(cells, heads, strict=True)),
             flush=True,
         )
+
+
+class SteppingRate(NamedTuple):
+    """Control steps a second of HalfCheetah: through our environment, and of bare ``mj_step``."""
+
+    ours: float
+    bare: float
+
+
+def cheetah_rate(episodes: int = 200, seed: int = 0) -> SteppingRate:
+    """Step the same random controls through the environment (one thread) and through bare MuJoCo."""
+    environment = make("half_cheetah", threads=1)
+    random = np.random.default_rng(seed)
+    shape = (environment.horizon, 1, episodes, environment.action_dim)
+    controls = random.uniform(-1.0, 1.0, shape).astype(np.float32)  # (time, task, episode, action)
+    tasks = environment.training_tasks()[:1]
+    states = environment.reset(tasks, episodes)
+    began = time.perf_counter()
+    with torch.inference_mode():
+        for step, actions in enumerate(controls):
+            states = environment.step(tasks, states, torch.from_numpy(actions), step).states
+    ours = time.perf_counter() - began
+    model = cheetah_model()
+    bare = 0.0
+    for episode in range(episodes):
+        data = mujoco.MjData(model)
+        began = time.perf_counter()
+        for actions in controls[:, 0, episode]:
+            data.ctrl[:] = actions
+            mujoco.mj_step(model, data, nstep=FRAME_SKIP)
+        bare += time.perf_counter() - began
+    steps = episodes * environment.horizon
+    return SteppingRate(steps / ours, steps / bare)
+
+
+def report_cheetah(repeats: int = 5) -> None:
+    """Print the environment's stepping rate against bare MuJoCo's, measured in turn."""
+    rates = [cheetah_rate(seed=repeat) for repeat in range(repeats)]
+    shares = sorted(rate.ours / rate.bare for rate in rates)
+    print(
+        f"half_cheetah, one thread: {statistics.median(rate.ours for rate in rates):,.0f} control "
+        f"steps/s, {statistics.median(shares):.0%} of bare mj_step's rate "
+        f"({shares[0]:.0%} to {shares[-1]:.0%} over {repeats} runs)"
+    )

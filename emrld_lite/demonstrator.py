@@ -10,12 +10,12 @@ from pathlib import Path
 import torch
 
 from . import storage
-from .demonstrations import QUALITIES, Demonstrations, from_arrays
-from .envs import make
-from .expert import ExpertConfig, ExpertIterate, GoalConditioned, train_expert
+from .demonstrations import Demonstrations, from_arrays
+from .envs import Environment, make
+from .expert import ExpertConfig, ExpertIterate, GoalConditioned, expert_config, train_expert
 from .policy import Params
 from .rollout import collect, episode_returns
-from .validation import InputError, known
+from .validation import InputError, lookup
 
 SHIPPED = Path(__file__).resolve().parent.parent / "data" / "experts"
 
@@ -24,54 +24,77 @@ SHIPPED = Path(__file__).resolve().parent.parent / "data" / "experts"
 class Quality:
     """What turns an expert's training into demonstrations of one quality (section 4.1)."""
 
-    success_at_stop: float
+    success_at_stop: float = math.inf
     """Training stops at the first iteration with this success rate on the dense task; inf: never early."""
-    action_noise: float
+    action_noise: float = 0.0
     """Standard deviation of noise added to the policy's mean action, in units of the action range."""
-    cut_distance: float
-    """Trajectories end before they come closer to the goal than this; 0 keeps them whole."""
+    skipped_steps: int = 0
+    """This many state-action pairs at the beginning are removed."""
+    short_of_reward: float | None = None
+    """Trajectories end before they come closer than this to the region that pays; None keeps them whole."""
 
 
-POINT2D_QUALITIES = {
-    "optimal": Quality(success_at_stop=math.inf, action_noise=0.0, cut_distance=0.0),
-    "suboptimal": Quality(success_at_stop=0.5, action_noise=0.1, cut_distance=0.4),
+RECIPES: dict[str, dict[str, Quality]] = {
+    "point2d": {
+        "optimal": Quality(),
+        "suboptimal": Quality(success_at_stop=0.5, action_noise=0.1, short_of_reward=0.2),
+    },
+    "two_wheeled": {
+        "optimal": Quality(),
+        "suboptimal": Quality(success_at_stop=0.5, action_noise=0.1, skipped_steps=4),
+    },
+    "two_wheeled_drift": {
+        "optimal": Quality(),
+        "suboptimal": Quality(
+            success_at_stop=0.7, action_noise=0.1, skipped_steps=6, short_of_reward=0.1
+        ),
+    },
+    "half_cheetah": {
+        "optimal": Quality(),
+        "suboptimal": Quality(success_at_stop=0.9, action_noise=0.3, short_of_reward=0.5),
+    },
 }
+
+
+def recipe(env: str, quality: str) -> Quality:
+    """Return what makes data of ``quality`` in ``env``; an unknown one raises InputError."""
+    return lookup("quality", quality, lookup("environment", env, RECIPES))
 
 
 def train_to_quality(config: ExpertConfig, quality: str) -> Iterator[ExpertIterate]:
     """Yield the iterates of ``train_expert`` up to the one whose policy makes data of ``quality``."""
-    known("quality", quality, QUALITIES)
+    enough = recipe(config.env, quality).success_at_stop
     for iterate in train_expert(config):
         yield iterate
-        if iterate.success >= POINT2D_QUALITIES[quality].success_at_stop:
+        if iterate.success >= enough:
             return
 
 
 def demonstrate(
     params: Params, env: str, tasks: torch.Tensor, quality: str, seed: int
 ) -> Demonstrations:
-    """Return one demonstration a task, (task, task_dim), from a goal-conditioned policy."""
-    known("quality", quality, QUALITIES)
-    recipe = POINT2D_QUALITIES[quality]
+    """Return one demonstration a task, (task, task_dim), from a goal-conditioned policy.
+
+    The maker of the data says what the policy reached on the sparse reward, before any cut.
+    """
+    chosen = recipe(env, quality)
     family = make(env)
     family.check_tasks(tasks)
-    noisy = dict(params, log_sigma=torch.full((family.action_dim,), recipe.action_noise).log())
+    noisy = dict(params, log_sigma=torch.full((family.action_dim,), chosen.action_noise).log())
     rollout = collect(GoalConditioned(family), tasks, noisy, 1, torch.Generator().manual_seed(seed))
     states = rollout.states[:, 0, :, : family.state_dim]  # (task, time, state)
-    lengths = rollout.mask[:, 0].sum(-1).long()  # (task,)
-    if recipe.cut_distance:
-        lengths = torch.minimum(lengths, _steps_outside(states, tasks, recipe.cut_distance))
+    first, lengths = _kept_steps(family, tasks, states, rollout.mask[:, 0], chosen)
     longest = int(lengths.max())
     reached = rollout.success.float().mean()
     returns = episode_returns(rollout).mean()
     maker = (
-        f"emrld_lite goal-conditioned TRPO, action noise {recipe.action_noise}, before any cut: "
+        f"emrld_lite goal-conditioned TRPO, action noise {chosen.action_noise}, before any cut: "
         f"success {reached:.2f}, mean sparse return {returns:.1f}"
     )
     return from_arrays(
         tasks.numpy(),
-        states[:, :longest].numpy(),
-        rollout.actions[:, 0, :longest].numpy(),
+        states[:, first : first + longest].numpy(),
+        rollout.actions[:, 0, first : first + longest].numpy(),
         lengths.numpy(),
         environment=env,
         quality=quality,
@@ -80,10 +103,20 @@ def demonstrate(
     )
 
 
-def _steps_outside(states: torch.Tensor, goals: torch.Tensor, distance: float) -> torch.Tensor:
-    """Return how many first steps of each trajectory stay ``distance`` away from its goal, (task,)."""
-    far = (states - goals[:, None]).norm(dim=-1) > distance  # (task, time)
-    return far.long().cumprod(-1).sum(-1)
+def _kept_steps(
+    family: Environment,
+    tasks: torch.Tensor,
+    states: torch.Tensor,
+    mask: torch.Tensor,
+    chosen: Quality,
+) -> tuple[int, torch.Tensor]:
+    """Return the first step kept, and how many steps of each trajectory from there on, (task,)."""
+    end = mask.sum(-1).long()  # (task,)
+    if chosen.short_of_reward is not None:
+        far = family.distance_to_reward(tasks, states) > chosen.short_of_reward  # (task, time)
+        end = torch.minimum(end, far.long().cumprod(-1).sum(-1))
+    first = min(chosen.skipped_steps, int(end.min()) - 1)
+    return first, end - first
 
 
 def expert_path(env: str, quality: str) -> Path:
@@ -109,8 +142,8 @@ def load_expert(path: Path, env: str, quality: str) -> Params:
 
 
 def load_or_train_expert(env: str, quality: str) -> Params:
-    """Return the workbook's expert, or train it anew (about a minute) when its file is not there."""
+    """Return the workbook's expert, or train it anew (a minute to ten) when its file is not there."""
     path = expert_path(env, quality)
     if path.exists():
         return load_expert(path, env, quality)
-    return list(train_to_quality(ExpertConfig(env=env), quality))[-1].params
+    return list(train_to_quality(expert_config(env), quality))[-1].params

@@ -20,7 +20,7 @@ from .losses import surrogate_loss, task_mean
 from .policy import Gaussian, Params, detach, distribution, initialise, kl_divergence
 from .rollout import Rollout, collect, episode_returns, pack, subsample
 from .trpo import TrustRegion, trpo_step
-from .validation import known, positive_count, real_number
+from .validation import known, lookup, positive_count, real_number
 
 HIDDEN = (128, 128)  # appendix C
 
@@ -30,7 +30,9 @@ class ExpertConfig:
     """How an expert is trained; raises InputError for values that cannot be used."""
 
     env: str = "point2d"
-    """Environment whose dense reward it learns from."""
+    """Environment it learns in."""
+    reward: str = "dense"
+    """Reward it learns from; "sparse" is there to be compared."""
     seed: int = 0
     """Seed of its start and of every draw."""
     iterations: int = 80
@@ -56,11 +58,25 @@ class ExpertConfig:
 
     def __post_init__(self) -> None:
         known("environment", self.env, ENVIRONMENTS)
+        known("reward", self.reward, ("dense", "sparse"))
         positive_count("seed", self.seed, minimum=0)
         for name in ("iterations", "tasks", "episodes", "value_steps"):
             positive_count(name, getattr(self, name))
         real_number("discount", self.discount, 0.0, 1.0)
         real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
+
+
+BY_ENVIRONMENT: dict[str, dict[str, float]] = {
+    "point2d": {},
+    "two_wheeled": {"iterations": 120},
+    "two_wheeled_drift": {"iterations": 200},
+    "half_cheetah": {"iterations": 250, "discount": 0.97, "gae_lambda": 0.95},
+}
+
+
+def expert_config(env: str, seed: int = 0) -> ExpertConfig:
+    """Return how the expert of ``env`` is trained; an unknown environment raises InputError."""
+    return ExpertConfig(env=env, seed=seed, **lookup("environment", env, BY_ENVIRONMENT))
 
 
 class GoalConditioned(Environment):
@@ -98,6 +114,10 @@ class GoalConditioned(Environment):
         moved = self.environment.step(tasks, inside, actions, time)
         return moved._replace(states=self._append(tasks, moved.states))
 
+    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+        """Return that of the environment inside."""
+        return self.environment.distance_to_reward(tasks, states[..., : self.environment.state_dim])
+
     def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
         """Draw with the environment inside."""
         self.environment.draw(axes, task, states[:, : self.environment.state_dim])
@@ -112,14 +132,18 @@ class ExpertIterate(NamedTuple):
     """What one iteration of expert training leaves behind."""
 
     iteration: int
+    """Number of the iteration, from 0."""
     params: Params
+    """Goal-conditioned policy after it."""
     dense_return: float
+    """Mean return of the episodes it learned from, in the reward it learns from."""
     success: float
+    """Share of those episodes that reached their goal."""
 
 
 def train_expert(config: ExpertConfig) -> Iterator[ExpertIterate]:
     """Train the goal-conditioned policy by TRPO with a learned value; yields after every iteration."""
-    environment = GoalConditioned(make(config.env, reward="dense"))
+    environment = GoalConditioned(make(config.env, reward=config.reward))
     params = initialise(environment.state_dim, environment.action_dim, config.seed, HIDDEN)
     value = initialise(environment.state_dim, 1, config.seed + 1, HIDDEN, learn_sigma=False)
     value = detach(value, requires_grad=True)

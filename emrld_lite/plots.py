@@ -13,7 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from .algorithms import ALGORITHMS
+from .demonstrations import Demonstrations
+from .envs import Environment
 from .envs.point2d import NEAR
+from .envs.two_wheeled import DRIFT_GOAL
+from .envs.two_wheeled import NEAR as WHEELED_NEAR
 from .evaluate import EVALUATION_COLUMNS
 from .rollout import Rollout
 from .runs import load_run
@@ -125,6 +129,52 @@ def demonstration(states: torch.Tensor, axes: Axes, **look: object) -> None:
     """Draw one demonstrated path, (time, 2)."""
     look = {"color": DEMONSTRATION_COLOUR, "linewidth": 1.6, "linestyle": "--", **look}
     axes.plot(states[:, 0], states[:, 1], **look)
+
+
+def reward_landscape(environment: Environment, task: torch.Tensor, axes: Axes) -> None:
+    """Draw the sparse reward of standing still at every place of a plane, for one task (task_dim,)."""
+    side = torch.linspace(-2.5, 2.5, 251)
+    y, x = torch.meshgrid(side, side, indexing="ij")
+    states = torch.zeros(1, side.numel() ** 2, environment.state_dim)
+    states[0, :, 0], states[0, :, 1] = x.flatten(), y.flatten()
+    still = torch.tensor([0.0, 0.0] if environment.state_dim == 2 else [-1.0, 0.0])
+    moved = environment.step(task[None], states, still.expand(*states.shape[:2], 2), time=0)
+    levels = [-0.01, 0.001, 0.5, 0.7, 0.9, 1.1, 100]
+    shades = ("#FFFFFF", "#FDF1DC", "#F8D9A0", "#F3C164", "#E69F00", "#7A5C00")
+    rewards = moved.rewards.reshape(251, 251)
+    axes.contourf(x, y, rewards, levels=levels, colors=shades)
+    axes.plot(0, 0, marker="x", color="black", markersize=7)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x (length units)")
+    axes.set_ylabel("y (length units)")
+
+
+def all_demonstrations(data: Demonstrations, axes: Axes) -> None:
+    """Draw every demonstration of an environment: ways over the plane, or the cheetah's x over time.
+
+    Fig. 2, for every environment.
+    """
+    for task in range(len(data.tasks)):
+        states = data.states[task, 0, : int(data.lengths()[task])]
+        look = {"color": DEMONSTRATION_COLOUR, "linewidth": 1.0}
+        if data.environment == "half_cheetah":
+            axes.plot(0.05 * np.arange(len(states)), states[:, 17], **look)
+        else:
+            axes.plot(states[:, 0], states[:, 1], **look)
+            axes.plot(*states[-1, :2].tolist(), marker="o", markersize=3, color="black")
+    if data.environment == "half_cheetah":
+        for edge in (-2, 2):
+            axes.axhline(edge, color=GOAL_COLOUR, linewidth=2)
+        axes.set(xlabel="time (s)", ylabel="x of the torso (m)")
+        return
+    goals = data.tasks if data.tasks.shape[1] == 2 else torch.tensor([DRIFT_GOAL])
+    radius = NEAR if data.environment == "point2d" else WHEELED_NEAR
+    for goal in goals.tolist():
+        axes.add_patch(Circle(goal, radius, color=GOAL_COLOUR, alpha=0.2, linewidth=0, zorder=0))
+        axes.plot(*goal, marker="*", color="black", markersize=5, linestyle="none")
+    axes.set_aspect("equal")
+    axes.set(xlim=(-2.6, 2.6), ylim=(-1.0, 2.6), xlabel="x (length units)")
+    axes.set_ylabel("y (length units)")
 
 
 def point2d_results(folder: Path) -> Figure:

@@ -3,6 +3,7 @@
 import importlib.util
 import inspect
 import itertools
+import math
 import re
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def exercises(folder="notebooks", suffix=".py"):
 
 def student_function(source, name):
     """Return the function a cell defines."""
-    scope = {"torch": torch}
+    scope = {"torch": torch, "math": math}
     exec(source, scope)
     return scope[name]
 

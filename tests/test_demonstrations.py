@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from emrld_lite import demonstrations, demonstrator, expert
-from emrld_lite.envs import make
+from emrld_lite.envs import GYMNASIUM_IDS, make
 from emrld_lite.validation import InputError
 
 
@@ -117,43 +117,94 @@ def test_a_missing_file_and_an_unknown_quality_are_named(tmp_path):
 
 def replayed_reward(data, task):
     """Replay a stored trajectory's actions in the registered environment; returns reward, success."""
-    single = gymnasium.make("emrld_lite/Point2D-v0").unwrapped
+    single = gymnasium.make(GYMNASIUM_IDS[data.environment]).unwrapped
     single.reset(options={"task": data.tasks[task].numpy()})
     total, success = 0.0, False
     for step in range(int(data.lengths()[task])):
-        _, reward, _, _, info = single.step(data.actions[task, 0, step].numpy())
+        _, reward, terminated, _, info = single.step(data.actions[task, 0, step].numpy())
         total, success = total + reward, success or info["success"]
+        if terminated:
+            break
     return total, success
 
 
-def test_every_shipped_optimal_demonstration_reaches_its_goal():
-    data = demonstrations.find("optimal", "point2d")
-    assert torch.equal(data.tasks, make("point2d").training_tasks())
-    for task in range(12):
+@pytest.mark.parametrize(
+    ("env", "least"),
+    [("point2d", 75), ("two_wheeled", 75), ("two_wheeled_drift", 65), ("half_cheetah", 100)],
+)
+def test_every_shipped_optimal_demonstration_reaches_its_goal(env, least):
+    data = demonstrations.find("optimal", env)
+    assert torch.equal(data.tasks, make(env).training_tasks())
+    for task in range(len(data.tasks)):
         total, success = replayed_reward(data, task)
         assert success
-        assert total > 75
+        assert total > least
 
 
-def test_no_shipped_suboptimal_demonstration_earns_a_reward():
-    data = demonstrations.find("suboptimal", "point2d")
-    for task in range(12):
+@pytest.mark.parametrize("env", GYMNASIUM_IDS)
+def test_no_shipped_suboptimal_demonstration_earns_a_reward(env):
+    data = demonstrations.find("suboptimal", env)
+    assert torch.equal(data.tasks, make(env).training_tasks())
+    for task in range(len(data.tasks)):
         assert replayed_reward(data, task) == (0.0, False)
 
 
-def test_experts_demonstrate_unseen_goals_on_demand():
-    goals = make("point2d").sample_tasks(20, np.random.default_rng(11))
-    params = demonstrator.load_or_train_expert("point2d", "optimal")
-    data = demonstrator.demonstrate(params, "point2d", goals, "optimal", seed=0)
+@pytest.mark.parametrize("env", ["two_wheeled", "two_wheeled_drift"])
+def test_suboptimal_wheeled_data_lack_their_beginning(env):
+    data = demonstrations.find("suboptimal", env)
+    assert (data.states[:, 0, 0, :2].norm(dim=-1) > 0.05).all()  # already under way
+    assert (demonstrations.find("optimal", env).states[:, 0, 0] == 0).all()
+
+
+@pytest.mark.parametrize("env", ["point2d", "two_wheeled_drift", "half_cheetah"])
+def test_suboptimal_data_stay_out_of_the_region_that_pays(env):
+    data = demonstrations.find("suboptimal", env)
+    distance = make(env).distance_to_reward(data.tasks, data.states[:, 0])  # (task, time)
+    assert (distance[data.mask[:, 0] > 0] > 0).all()
+
+
+@pytest.mark.parametrize("env", ["point2d", "two_wheeled", "two_wheeled_drift"])
+def test_experts_demonstrate_unseen_tasks_on_demand(env):
+    tasks = make(env).sample_tasks(20, np.random.default_rng(11))
+    params = demonstrator.load_or_train_expert(env, "optimal")
+    data = demonstrator.demonstrate(params, env, tasks, "optimal", seed=0)
     assert all(replayed_reward(data, task)[1] for task in range(20))
-    again = demonstrator.demonstrate(params, "point2d", goals, "optimal", seed=0)
+    again = demonstrator.demonstrate(params, env, tasks, "optimal", seed=0)
     assert torch.equal(data.actions, again.actions)
+
+
+@pytest.mark.parametrize("env", GYMNASIUM_IDS)
+def test_distance_to_reward_is_where_the_reward_begins(env):
+    environment = make(env)
+    if env == "half_cheetah":
+        states = torch.zeros(2, 1, 20)
+        states[:, :, 17] = torch.tensor([1.99, -2.01])[:, None]
+        inside = environment.distance_to_reward(torch.tensor([[1.0], [-1.0]]), states) < 0
+        assert inside.flatten().tolist() == [False, True]
+        return
+    random = torch.Generator().manual_seed(0)
+    tasks = environment.training_tasks()[-1:]
+    goal = tasks[0] if tasks.shape[1] == 2 else torch.tensor([2.0, 1.0])
+    states = torch.zeros(1, 500, environment.state_dim)
+    states[..., :2] = goal + 0.6 * torch.randn(1, 500, 2, generator=random)
+    still = torch.tensor([-1.0, 0.0] if env != "point2d" else [0.0, 0.0])
+    moved = environment.step(tasks, states, still.expand(1, 500, 2), 0)
+    assert torch.equal(environment.distance_to_reward(tasks, states) <= 0, moved.rewards > 0)
 
 
 def test_expert_training_improves_on_the_dense_reward():
     config = expert.ExpertConfig(iterations=8, tasks=12, episodes=4)
     returns = [iterate.dense_return for iterate in expert.train_expert(config)]
     assert returns[-1] > returns[0] + 20
+
+
+def test_unknown_environments_and_qualities_have_no_recipe():
+    with pytest.raises(InputError, match="Did you mean 'two_wheeled'"):
+        demonstrator.recipe("two_wheel", "optimal")
+    with pytest.raises(InputError, match="Did you mean 'suboptimal'"):
+        demonstrator.recipe("point2d", "suboptimall")
+    with pytest.raises(InputError, match="unknown environment"):
+        expert.expert_config("walker")
 
 
 def test_an_expert_of_another_kind_is_refused(tmp_path):

@@ -68,6 +68,13 @@ class Environment(ABC):
         """Apply actions (task, episode, action) at time index ``time`` in 0 .. horizon - 1."""
 
     @abstractmethod
+    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+        """Return how far states (task, episode, state) are from the region that pays, in length units.
+
+        Negative inside the region; (task, episode).
+        """
+
+    @abstractmethod
     def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
         """Draw one task (task_dim,) and an episode's states so far (time, state)."""
 

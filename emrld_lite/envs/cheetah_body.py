@@ -47,14 +47,14 @@ def capsules(state: torch.Tensor) -> list[tuple[np.ndarray, float]]:
 
 @functools.cache
 def renderer() -> mujoco.Renderer | None:
-    """Return MuJoCo's renderer, or None (and a line in the log) where there is no GL library for it.
+    """Return MuJoCo's renderer, or None (and an info in the log) where there is no GL library for it.
 
     Without a screen, OSMesa or EGL and MUJOCO_GL=osmesa or egl before Python starts make one.
     """
     try:
         return mujoco.Renderer(cheetah_model(), 480, 480)
     except Exception as error:  # each GL library fails with errors of its own
-        logger.warning("no GL library for MuJoCo (%s): the cheetah is drawn with matplotlib", error)
+        logger.info("no GL library for MuJoCo (%s): the cheetah is drawn with matplotlib", error)
         return None
 
 

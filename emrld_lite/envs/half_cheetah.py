@@ -150,6 +150,10 @@ class HalfCheetahForwardBackward(Environment):
         self._running.update(states=states, broken=broken)
         return states
 
+    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+        """Return how much of the two metres is left, whichever way it ran."""
+        return REWARD_BEYOND - states[..., 17].abs()
+
     def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
         """Draw the cheetah from the side, and where its reward begins."""
         x = float(states[-1, 17])

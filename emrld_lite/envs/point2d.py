@@ -98,6 +98,10 @@ class Point2D(Environment):
         rewards = -distance if self.reward == "dense" else sparse_reward(distance, time)
         return Transition(moved, rewards, reached, reached)
 
+    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+        """Return the distance to the disc of radius 0.2 around the goal."""
+        return goal_distance(states, tasks[:, None]) - NEAR
+
     def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
         """Draw the goal's disc, the way so far, and the point at its end."""
         round_goal(axes, task.tolist(), NEAR)

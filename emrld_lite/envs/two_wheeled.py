@@ -101,6 +101,10 @@ class _Wheeled(Environment):
         outside = (moved[..., :2].abs() > ARENA).any(-1)
         return Transition(moved, rewards, reached | outside, reached)
 
+    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+        """Return the distance to the disc of radius 0.5 around the goal."""
+        return goal_distance(states, self._goals(tasks)[:, None]) - NEAR
+
     def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
         """Draw the goal's box and ring, the way so far, and the robot at its end."""
         goal = self._goals(task[None])[0].tolist()

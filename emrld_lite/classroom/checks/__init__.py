@@ -1,6 +1,8 @@
 """Checks of the exercises, one module a notebook: ``check.<exercise>(student_function)``."""
 
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
+from .notebook_02 import episodes_needed, point_step, wheeled_step
+from .notebook_03 import nearest_distance, steps_before_reward, with_task
 from .notebook_04 import (
     assumption_numbers,
     break_the_substitution,
@@ -16,11 +18,17 @@ __all__ = [
     "assumption_numbers",
     "break_the_substitution",
     "discounted_returns",
+    "episodes_needed",
     "likelihood_distance",
     "log_density",
+    "nearest_distance",
     "performance_difference",
+    "point_step",
     "reinforce_loss",
+    "steps_before_reward",
     "surrogate",
     "visitation",
     "warm_start_step",
+    "wheeled_step",
+    "with_task",
 ]

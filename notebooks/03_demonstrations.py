@@ -1,0 +1,340 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 03 · Demonstrations: good ones, bad ones, and what copying makes of them
+#
+# One recorded path a task: that is all EMRLD gets. Where do the paths come from? From an **expert** who was told
+# what the learner never is: the goal, and how far away it is. This notebook trains one in half a minute, records it, spoils the
+# recordings on purpose, and lets a policy *copy* one good and one bad trajectory, to see how far copying goes.
+#
+# **You will be able to**
+#
+# - train a goal-conditioned expert by TRPO on a dense reward,
+# - say what each kind of sub-optimal data takes away,
+# - measure what behaviour cloning alone makes of one trajectory, and see where it leaves the data.
+#
+# **You need** notebooks 01 (behaviour cloning) and 02 (the environments). **Time** about 50 minutes, of which the machine computes
+# one to two. **Paper** Section 4.1 and Appendix C of Rengarajan et al., NeurIPS 2022.
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+import torch
+
+from emrld_lite import demonstrator, plots
+from emrld_lite.classroom import checks as check
+from emrld_lite.classroom.clock import Clock
+from emrld_lite.cloning import clone
+from emrld_lite.demonstrations import find
+from emrld_lite.envs import ENVIRONMENTS, make
+from emrld_lite.expert import ExpertConfig, GoalConditioned, train_expert
+from emrld_lite.rollout import collect, episode_returns
+
+plots.use_style()
+torch.set_num_threads(1)  # leaves the other cores to you
+clock = Clock(
+    {
+        "an expert": 15,
+        "good data and bad data": 15,
+        "copying alone": 20,
+    }
+)
+
+# %% [markdown]
+# ## 1 · An expert
+#
+# The paper trains one expert for *all* tasks of an environment: a policy whose input is the state with the task's numbers appended, $\pi(a \mid s, g_i)$. Its reward is **dense**; for the
+# goal-reaching environments, minus the distance to the goal. (The paper does not name the reward; its released data were made with a dense one.) Two hidden layers of 128 units, a learned value network,
+# and TRPO: `emrld_lite.expert` shares rollouts, advantages and the TRPO step with the meta-learner.
+#
+# ### Exercise 1 · Tell it the goal
+#
+# *Difficulty 1 of 3, 5 minutes.* Append the task to every state.
+#
+# <details><summary>Hint 1: the shapes do not match</summary>
+# <code>tasks[:, None]</code> is (task, 1, n); <code>.expand(...)</code> repeats it along the episodes without copying.
+# </details>
+#
+# <details><summary>Hint 2: which function joins?</summary>
+# <code>torch.cat([first, second], dim=-1)</code>
+# </details>
+
+
+# %% tags=["exercise-goal"]
+def with_task(states, tasks):
+    """Return (task, episode, state + n) from (task, episode, state) and (task, n)."""
+    ### BEGIN SOLUTION
+    context = tasks[:, None].expand(*states.shape[:2], tasks.shape[-1])
+    return torch.cat([states, context], dim=-1)
+    ### END SOLUTION
+
+
+# %%
+clock.at("an expert")
+point = make("point2d")
+if check.with_task(with_task):
+    tasks = point.training_tasks()
+    theirs = GoalConditioned(point).reset(tasks, 4)
+    assert torch.equal(with_task(point.reset(tasks, 4), tasks), theirs)
+    print("Your states equal those of emrld_lite.expert.GoalConditioned.")
+
+# %% [markdown]
+# **Predict first.** 192 episodes an iteration, each of 100 steps at most. After how many iterations does the point reach a random goal more often than not?
+
+# %% tags=["live-expert", "nbval-ignore-output"]
+history = list(train_expert(ExpertConfig(env="point2d", iterations=60)))
+expert = history[-1].params
+figure, axes = plt.subplots(figsize=(6.2, 3))
+axes.plot([100 * iterate.success for iterate in history], color="#333333")
+axes.set(xlabel="TRPO iteration", ylabel="goals reached (%)", ylim=(-3, 103))
+losses = axes.twinx()
+losses.plot([it.dense_return for it in history], color="#999999", linestyle="--")
+losses.set_ylabel("dense return (dashed)")
+losses.grid(False)
+plt.show()
+
+# %% tags=["expert-is-good"]
+unseen = point.sample_tasks(20, np.random.default_rng(5))
+shown = demonstrator.demonstrate(expert, "point2d", unseen, "optimal", seed=0)
+reached = (shown.lengths() < 60).double().mean()
+assert history[-1].success > 0.9
+assert reached > 0.9
+print("sixty iterations: more than 9 of 10 random goals reached, in fewer than 60 steps")
+
+# %% [markdown]
+# *Figure 1. Training the Point2D expert: share of episodes that reach their goal (solid) and mean dense return (dashed), as measured on the machine that ran this notebook.*
+#
+# The experts of the repository were trained the same way, on 80 (Point2D) to 250 (HalfCheetah) iterations; `python -m emrld_lite demos` remakes them, bit for bit on the same machine.
+#
+# ## 2 · Good data and bad data
+#
+# **Optimal data**: one trajectory of the expert for each training task, its mean action, no noise. **Sub-optimal data** come from an expert whose training was stopped early, with noise on its actions, and with a part cut off:
+#
+# | environment | stopped at | action noise | cut |
+# |---|---|---|---|
+# | Point2D | 50 % of goals reached | 0.1 | the end: 0.2 before the disc that pays |
+# | TwoWheeled | 50 % | 0.1 | the **beginning**: the first 4 steps |
+# | TwoWheeled, drift | 70 % | 0.1 | the first 6 steps, and 0.1 before the disc |
+# | HalfCheetah | 90 % | 0.3 | the end: 0.5 m before the reward begins |
+#
+# (The paper says what is cut, not how much. The numbers are ours.)
+
+# %% tags=["figure-2"]
+clock.at("good data and bad data")
+figure, panels = plt.subplots(2, 4, figsize=(13, 5.6))
+for column, name in zip(panels.T, ENVIRONMENTS, strict=True):
+    for axes, quality in zip(column, ("optimal", "suboptimal"), strict=True):
+        plots.all_demonstrations(find(quality, name), axes)
+        axes.set_title(f"{name}\n{quality}", fontsize=10)
+plt.show()
+
+# %% [markdown]
+# *Figure 2. The paper's Figure 2 for every environment: one demonstration a training task. Discs and lines: where a reward is paid. Dots: where a recording ends. For the cheetah, the position of
+# its torso over time, five recordings a direction.*
+#
+# ### Exercise 2 · Cut it short
+#
+# *Difficulty 2 of 3, 5 minutes.* Given each step's distance to the region that pays, how many steps from the start on may be kept so that *none* of them is closer than a margin?
+#
+# <details><summary>Hint 1: one trajectory comes close, and leaves again</summary>
+# Everything after the first close step is cut, also what is far again.
+# </details>
+#
+# <details><summary>Hint 2: without a loop</summary>
+# <code>cumprod</code> of zeros and ones stays 1 until the first 0.
+# </details>
+
+
+# %% tags=["exercise-cut"]
+def steps_before_reward(distance, margin):
+    """Return how many first steps all stay farther than margin, (task,), from (task, time)."""
+    ### BEGIN SOLUTION
+    return (distance > margin).long().cumprod(-1).sum(-1)
+    ### END SOLUTION
+
+
+# %%
+if check.steps_before_reward(steps_before_reward):
+    data = find("suboptimal", "point2d")
+    distance = point.distance_to_reward(data.tasks, data.states[:, 0])
+    kept = steps_before_reward(distance, 0.2)
+    assert (kept >= data.lengths()).all()
+    print("every stored sub-optimal step lies farther than 0.2 from the reward")
+
+# %% [markdown]
+# **What each cut takes away.** Replay the stored *actions* from the start, with no policy at all. Optimal data reach every goal. Sub-optimal data earn, by themselves, nothing.
+
+
+# %% tags=["replay"]
+def replay(data):
+    """Return the sparse return of playing each demonstration's actions from the start, (task,)."""
+    environment = make(data.environment)
+    states, total = environment.reset(data.tasks, 1), torch.zeros(len(data.tasks))
+    alive = torch.ones(len(data.tasks))
+    for time in range(int(data.lengths().max())):
+        moved = environment.step(data.tasks, states, data.actions[:, :, time], time)
+        playing = alive * (time < data.lengths())
+        total += moved.rewards[:, 0] * playing
+        alive = alive * ~moved.terminated[:, 0]
+        states = moved.states
+    return total
+
+
+for name in ENVIRONMENTS:
+    good, bad = (replay(find(quality, name)) for quality in ("optimal", "suboptimal"))
+    assert (good > 60).all() and (bad == 0).all()
+    print(f"{name:18} optimal: every task is paid; sub-optimal: none is")
+
+# %% [markdown]
+# Point2D's and the cheetah's bad data stop before anything is paid: they know the *direction*, not the *prize*. TwoWheeled's bad data lack the first steps, in which the robot turns towards its goal: they know how to drive
+# *there from somewhere else*. An algorithm that only copies cannot fill either gap.
+#
+# ## 3 · Copying alone
+#
+# **Behaviour cloning** maximises the likelihood of the demonstration, $\min_\theta -\frac{1}{T} \sum_t \log \pi_\theta(a_t \mid s_t)$: one policy for each task and its one trajectory, 400 steps of Adam.
+#
+# **Predict first.** One good trajectory of a wheeled robot: will its copy reach the goal? And a copy of the one that lacks the first steps?
+
+# %% tags=["cloning-numbers"]
+clock.at("copying alone")
+rollouts, means = {}, {}
+for name in ENVIRONMENTS:
+    for quality in ("optimal", "suboptimal"):
+        data = find(quality, name)
+        task_params = clone(data)
+        random = torch.Generator().manual_seed(0)
+        episodes = 4 if name == "half_cheetah" else 20
+        rollout = collect(make(name), data.tasks, task_params, episodes, random)
+        rollouts[name, quality] = rollout
+        means[name, quality] = float(episode_returns(rollout).mean())
+
+# %% tags=["cloning-claims"]
+expert_returns = {name: float(replay(find("optimal", name)).mean()) for name in ENVIRONMENTS}
+for name in ("point2d", "two_wheeled", "two_wheeled_drift", "half_cheetah"):
+    good, bad = (
+        means[name, quality] / expert_returns[name] for quality in ("optimal", "suboptimal")
+    )
+    assert bad < 0.5 * max(good, 0.01) or bad < 0.2
+    print(f"{name:18} a copy of bad data earns under half of a copy of good data")
+
+# %%
+figure, axes = plt.subplots(figsize=(7.4, 3))
+for place, name in enumerate(ENVIRONMENTS):
+    for shift, quality, colour, hatch in (
+        (-0.2, "optimal", "#0072B2", ""),
+        (0.2, "suboptimal", "#E69F00", "//"),
+    ):
+        share = 100 * means[name, quality] / expert_returns[name]
+        axes.bar(
+            place + shift,
+            share,
+            0.38,
+            color=colour,
+            hatch=hatch,
+            label=quality if place == 0 else None,
+        )
+axes.axhline(100, color="black", linewidth=0.8, linestyle=(0, (1, 2)))
+axes.set_xticks(range(len(ENVIRONMENTS)), ENVIRONMENTS)
+axes.set_ylabel("return of the copy\n(% of the optimal data's)")
+axes.legend()
+plt.show()
+
+# %% [markdown]
+# *Figure 3. Mean sparse return of policies cloned from one trajectory each, in per cent of what the optimal demonstrations earn (dotted line), over all training tasks.*
+#
+# A copy of one *good* trajectory does part of the way; a copy of one *bad* trajectory nearly nothing. Let us watch where it goes wrong, on one task of the wheeled robot.
+
+# %%
+task = 17
+figure, panels = plt.subplots(1, 2, figsize=(8.6, 3.6), sharey=True)
+for axes, quality in zip(panels, ("optimal", "suboptimal"), strict=True):
+    data = find(quality, "two_wheeled")
+    plots.all_demonstrations(data.take(slice(task, task + 1)), axes)
+    plots.trajectories(rollouts["two_wheeled", quality], axes, task=task, episodes=20)
+    axes.set_title(
+        f"{quality}: return {float(episode_returns(rollouts['two_wheeled', quality])[task].mean()):.0f}"
+    )
+plt.show()
+
+# %% [markdown]
+# *Figure 4. One task of TwoWheeled: its demonstration (black, a dot at its end) and twenty episodes of the policy cloned from it (blue).*
+#
+# With the beginning cut off, nobody ever showed what to do at the start. The copy drives on from a place it has never seen, in a way that made sense elsewhere.
+#
+# ### Exercise 3 · How far from the data?
+#
+# *Difficulty 2 of 3, 5 minutes.* For each state the copy visits: the distance to the nearest state of its demonstration.
+#
+# <details><summary>Hint 1: all pairs at once</summary>
+# <code>torch.cdist(states, data)</code> is (n, m), every distance.
+# </details>
+#
+# <details><summary>Hint 2: which of them?</summary>
+# The smallest of each row: <code>.min(dim=1).values</code>
+# </details>
+
+
+# %% tags=["exercise-nearest"]
+def nearest_distance(states, data):
+    """Return each state's distance to the nearest data point, (n,), from (n, d) and (m, d)."""
+    ### BEGIN SOLUTION
+    return torch.cdist(states, data).min(dim=1).values
+    ### END SOLUTION
+
+
+# %% tags=["leaving-the-data"]
+if check.nearest_distance(nearest_distance):
+    figure, axes = plt.subplots(figsize=(6.4, 3))
+    last = {}
+    for quality, look in (("optimal", "-"), ("suboptimal", "--")):
+        data, rollout = find(quality, "two_wheeled"), rollouts["two_wheeled", quality]
+        away = []
+        for i in range(24):
+            known = data.states[i, 0, : int(data.lengths()[i]), :2]
+            away.append(
+                nearest_distance(rollout.states[i, :, :16, :2].flatten(0, 1), known).reshape(20, 16)
+            )
+        curve = torch.stack(away).mean((0, 1))  # (time,)
+        last[quality] = float(curve[-1])
+        axes.plot(curve, linestyle=look, color="#333333", label=f"copy of {quality} data")
+    axes.set(xlabel="step", ylabel="distance to the data (length units)")
+    axes.legend()
+    plt.show()
+    assert last["suboptimal"] > 2 * last["optimal"]
+    print("after 16 steps the copy of bad data is more than twice as far from its data")
+
+# %% [markdown]
+# *Figure 5. Mean distance, in the plane, between the copy and its own demonstration, over the first 16 steps, all 24 tasks and 20 episodes each.*
+#
+# Small errors lead to states without data, where the errors are larger: **compounding errors**. Notebook 04 makes this precise: cloning controls the distance to the demonstrator in the *demonstrator's* states, and that is no bound on anything in the copy's own. What is missing is
+# feedback from the world. EMRLD takes *one* step of cloning, then looks at rewards.
+#
+# ## Where paper and code differ
+#
+# | point | paper | released code | this workbook |
+# |---|---|---|---|
+# | the expert's reward | not said | dense | dense: minus the distance; for the cheetah its sparse reward, paid everywhere |
+# | how good "partially trained" is | not said | data files | a success rate, in the table above |
+# | action noise | "induced" | data files | 0.1, for the cheetah 0.3 of the action range |
+# | how much is cut | not said | data files | in the table above |
+# | cloning loss | a sum over the data | a mean | a mean; `--bc-reduction sum` |
+#
+# ## What was shown
+#
+# - A goal-conditioned expert learns Point2D in half a minute; it was told the goal and paid at every step.
+# - Optimal demonstrations, replayed, reach every goal; sub-optimal ones earn nothing by themselves, each for a reason of its own.
+# - Copying one good trajectory goes part of the way, copying a bad one hardly any, and the copy leaves its data.
+#
+# **Next** notebook 04 asks what a theorem can say about demonstrations; notebook 06 uses them.
+#
+# **References** Schulman et al. (2015), *Trust region policy optimization*; Ross, Gordon and Bagnell (2011), *A reduction of imitation learning*; Duan et al. (2016), *Benchmarking deep RL*; Rengarajan et al. (2022), the paper.
