@@ -41,12 +41,14 @@ RECIPES: dict[str, dict[str, Quality]] = {
     },
     "two_wheeled": {
         "optimal": Quality(),
-        "suboptimal": Quality(success_at_stop=0.5, action_noise=0.1, skipped_steps=4),
+        "suboptimal": Quality(
+            success_at_stop=0.5, action_noise=0.1, skipped_steps=8, short_of_reward=0.1
+        ),
     },
     "two_wheeled_drift": {
         "optimal": Quality(),
         "suboptimal": Quality(
-            success_at_stop=0.7, action_noise=0.1, skipped_steps=6, short_of_reward=0.1
+            success_at_stop=0.7, action_noise=0.1, skipped_steps=8, short_of_reward=0.1
         ),
     },
     "half_cheetah": {
@@ -71,13 +73,19 @@ def train_to_quality(config: ExpertConfig, quality: str) -> Iterator[ExpertItera
 
 
 def demonstrate(
-    params: Params, env: str, tasks: torch.Tensor, quality: str, seed: int
+    params: Params,
+    env: str,
+    tasks: torch.Tensor,
+    quality: str,
+    seed: int,
+    chosen: Quality | None = None,
 ) -> Demonstrations:
     """Return one demonstration a task, (task, task_dim), from a goal-conditioned policy.
 
-    The maker of the data says what the policy reached on the sparse reward, before any cut.
+    ``chosen`` replaces the recipe of ``quality``, for experiments. The maker of the data says what the
+    policy reached on the sparse reward, before any cut.
     """
-    chosen = recipe(env, quality)
+    chosen = chosen or recipe(env, quality)
     family = make(env)
     family.check_tasks(tasks)
     noisy = dict(params, log_sigma=torch.full((family.action_dim,), chosen.action_noise).log())

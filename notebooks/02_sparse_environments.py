@@ -404,13 +404,13 @@ plt.show()
 #
 # ## 5 · Dense and sparse, live
 #
-# Is the environment perhaps too hard? The same learner, TRPO with the goal in its input (notebook 03), once with the **dense** reward $-d$, once with the **sparse** one: 20 iterations of 192 episodes each on TwoWheeled.
+# Is the environment perhaps too hard? The same learner, TRPO with the goal in its input (notebook 03), once with the **dense** reward $-d$, once with the **sparse** one: 30 iterations of 192 episodes each on Point2D.
 
 # %% tags=["dense-and-sparse", "nbval-ignore-output"]
 clock.at("dense and sparse, live")
 success = {}
 for reward in ("dense", "sparse"):
-    config = ExpertConfig(env="two_wheeled", reward=reward, iterations=20)
+    config = ExpertConfig(env="point2d", reward=reward, iterations=30)
     success[reward] = [100 * iterate.success for iterate in train_expert(config)]
 figure, axes = plt.subplots(figsize=(6, 3))
 axes.plot(success["dense"], marker="o", markevery=4, color="#0072B2", label="dense reward")
@@ -427,14 +427,15 @@ axes.legend(loc="center right")
 plt.show()
 
 # %% tags=["dense-learns"]
-assert success["dense"][-1] > 60
-assert success["sparse"][-1] < 0.5 * success["dense"][-1]
-print("dense: most goals reached after 20 iterations; sparse: fewer than half as many")
+assert success["dense"][-1] > 90
+assert success["sparse"][-1] < 10
+print("after 30 iterations: dense, more than 90 % of the goals; sparse, fewer than 10 %")
 
 # %% [markdown]
 # *Figure 8. Share of episodes that reach their goal while a goal-conditioned policy learns from the dense and from the sparse reward, as measured on the machine that ran this notebook.*
 #
-# The task is easy. It is the *reward* that is hard. A dense reward, though, needs somebody who can measure the distance to the goal at every step; a demonstration needs somebody who has been there once.
+# The task is easy. It is the *reward* that is hard. (Not hopeless: one policy that is told the goal can pool the lucky episodes of all goals, and on TwoWheeled, where luck is twenty times as frequent, this
+# learner manages with the sparse reward, too: try `env="two_wheeled"`.) A dense reward, though, needs somebody who can measure the distance to the goal at every step; a demonstration needs somebody who has been there once.
 #
 # ## Where paper and code differ
 #
