@@ -13,11 +13,10 @@ from tqdm import tqdm
 
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
-from . import demonstrator, plots, runs, storage
+from . import demonstrator, plots, reports, runs, storage
 from .envs import make
-from .evaluate import EVALUATION_COLUMNS, AdaptationCurve, adaptation_curve, steps_to_goal
+from .evaluate import EVALUATION_COLUMNS, adaptation_curve
 from .expert import expert_config
-from .rollout import Rollout, episode_returns
 from .train import Iterate, TrainConfig
 from .validation import InputError, known, positive_count
 
@@ -97,7 +96,7 @@ def train(
             bar.close()
             print(f"stopped; {out} is whole: go on with the same command and --resume")
             sys.exit(INTERRUPTED)
-    _print_run(out, run, last)
+    reports.print_run(out, run, last)
 
 
 def evaluate(
@@ -143,8 +142,8 @@ def evaluate(
         stored.config.discount,
         stored.config.gae_lambda,
     )
-    storage.write_csv(out, EVALUATION_COLUMNS, _evaluation_rows(demonstrations.tasks, curve))
-    _print_evaluation(stored, curve, demonstrations.tasks)
+    storage.write_csv(out, EVALUATION_COLUMNS, reports.evaluation_rows(demonstrations.tasks, curve))
+    reports.print_evaluation(stored, curve, demonstrations.tasks)
     print(f"{out}: every task and step")
 
 
@@ -198,72 +197,6 @@ def _check_device(device: str) -> None:
 def _refuse_suffix(path: Path, suffix: str) -> None:
     if path.suffix != suffix:
         raise InputError(f"out: expected a file name ending in {suffix}, got {str(path)!r}")
-
-
-def _print_run(out: Path, run: runs.Run, last: Iterate | None) -> None:
-    """Print how the run went, and the last iteration's return on every training task."""
-    if last is None:
-        print(f"{out}: already complete, {len(run.curve)} iterations")
-        return
-    goals = demonstration_files.find(run.config.demos, run.config.env).tasks
-    print(_table("training tasks, last iteration", goals, last.before, last.after))
-    record = run.curve[-1]
-    idle = [row.note for row in run.curve if row.note]
-    print(
-        f"{out}: {len(run.curve)} iterations, {record.seconds:.1f} s, mean return "
-        f"{record.return_before:.1f} before adaptation, {record.return_after:.1f} after; "
-        f"{len(idle)} iterations without an update"
-    )
-    for note in sorted(set(idle)):
-        print(f"  {idle.count(note)} x {note}")
-
-
-def _table(title: str, tasks: torch.Tensor, before: Rollout, after: Rollout) -> str:
-    """Return a text table, a row a task: return before and after adaptation, and success after."""
-    lines = [f"{title:>30} {'before':>9} {'after':>9} {'success':>9}"]
-    returns = (episode_returns(before).mean(-1), episode_returns(after).mean(-1))
-    success = after.success.float().mean(-1)
-    for task in range(len(tasks)):
-        name = f"{task}  {_words(tasks[task])}"
-        lines.append(
-            f"{name:>30} {returns[0][task]:9.1f} {returns[1][task]:9.1f} {success[task]:9.2f}"
-        )
-    means = " ".join(f"{values.mean():9.1f}" for values in returns)
-    lines.append(f"{'mean':>30} {means} {success.mean():9.2f}")
-    return "\n".join(lines)
-
-
-def _words(task: torch.Tensor) -> str:
-    return "(" + ", ".join(f"{value:.2f}" for value in task.tolist()) + ")"
-
-
-def _evaluation_rows(tasks: torch.Tensor, curve: AdaptationCurve) -> list[list[str]]:
-    """Return the rows of the evaluation table, a row a task and step."""
-    rows = []
-    for step, rollout in enumerate(curve.rollouts):
-        returns = episode_returns(rollout).mean(-1)
-        success = rollout.success.float().mean(-1)
-        lengths = steps_to_goal(rollout)
-        for task in range(len(tasks)):
-            numbers = (float(values[task]) for values in (returns, success, lengths))
-            goal = " ".join(repr(value) for value in tasks[task].tolist())
-            rows.append([str(task), goal, str(step), *(repr(number) for number in numbers)])
-    return rows
-
-
-def _print_evaluation(stored: runs.Run, curve: AdaptationCurve, tasks: torch.Tensor) -> None:
-    """Print the unseen tasks' returns before and after one step, and the mean after each step."""
-    if len(curve.rollouts) > 1:
-        print(_table("unseen tasks, one step", tasks, curve.rollouts[0], curve.rollouts[1]))
-    for step, rollout in enumerate(curve.rollouts):
-        returns = episode_returns(rollout).mean(-1)
-        print(
-            f"after {step} steps: mean return {returns.mean():.1f} (tasks {returns.min():.1f} to "
-            f"{returns.max():.1f}), success {rollout.success.float().mean():.2f}"
-        )
-    if stored.curve:
-        trained = stored.curve[-1].return_after
-        print(f"training tasks, last iteration: mean return {trained:.1f} after one step")
 
 
 def main(arguments: list[str] | None = None) -> None:

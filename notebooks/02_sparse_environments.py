@@ -396,7 +396,7 @@ axes.legend(loc="center right")
 plt.show()
 
 # %% [markdown]
-# *Figure 7. Length of each task's policy gradient on TwoWheeled, from the same 20 episodes, with three ways to treat steps that earn nothing.*
+# *Figure 7. Length of each task's policy gradient on TwoWheeled, from the same 20 episodes, with three ways to treat steps that earn nothing. Where a reward was seen, circles lie under squares.*
 #
 # The baseline cannot fit a constant reward perfectly: the return to come falls from $10^{-5}/(1-\gamma)$ to $10^{-5}$ along the episode, and a cubic in $t$ follows that only nearly. What is left is a millionth of
 # nothing; dividing by its standard deviation blows it up to size 1. The policy then climbs a leftover of the regression as eagerly as a goal. In this workbook the reward elsewhere is 0, as the

@@ -227,8 +227,8 @@ for quality, (shift, colour, hatch) in looks.items():
     axes.bar(places, heights, 0.38, color=colour, hatch=hatch, label=f"copy of {quality} data")
 axes.axhline(100, color="black", linewidth=0.8, linestyle=(0, (1, 2)))
 axes.set_xticks(range(len(ENVIRONMENTS)), ENVIRONMENTS)
-axes.set_ylabel("return of the copy\n(% of the optimal data's)")
-axes.legend()
+axes.set(ylabel="return of the copy\n(% of the optimal data's)", ylim=(0, 135))
+axes.legend(loc="upper right", ncols=2)
 plt.show()
 
 # %% [markdown]
@@ -239,6 +239,10 @@ assert all(shares[name, "optimal"] < 80 for name in ENVIRONMENTS)
 assert shares["point2d", "suboptimal"] < 0.4 * shares["point2d", "optimal"]
 assert shares["half_cheetah", "suboptimal"] < shares["half_cheetah", "optimal"]
 assert shares["two_wheeled", "suboptimal"] > shares["two_wheeled", "optimal"]
+per_task = {
+    q: episode_returns(rollouts["two_wheeled", q]).mean(1) for q in ("optimal", "suboptimal")
+}
+assert (per_task["suboptimal"] > per_task["optimal"]).sum() > 12  # of 24
 print("no copy of good data earns 80 % of what the data earn")
 print("Point2D: a copy of bad data earns under half of a copy of good data")
 print("TwoWheeled: a copy of BAD data earns more than a copy of good data")
@@ -246,10 +250,10 @@ print("TwoWheeled: a copy of BAD data earns more than a copy of good data")
 # %% [markdown]
 # The left group is what the paper describes: the copy of a path that stops short stops short. The cheetah's copy loses less, since a gait repeats itself: who can copy two metres of running can run on.
 #
-# And TwoWheeled? We expected the copy of the bad data to fail, and looked for our mistake. There is none: the robot *without* the first eight steps does **better**. Look at one task:
+# And TwoWheeled? We expected the copy of the bad data to fail, and looked for our mistake. There is none: on most tasks the robot *without* the first eight steps does **better**. Look at one of them:
 
 # %%
-task = 17
+task = 12
 figure, panels = plt.subplots(1, 2, figsize=(8.6, 3.6), sharey=True)
 for axes, quality in zip(panels, ("optimal", "suboptimal"), strict=True):
     data = find(quality, "two_wheeled")
@@ -321,7 +325,7 @@ def nearest_distance(states, data):
 # %% tags=["leaving-the-data"]
 if check.nearest_distance(nearest_distance):
     figure, axes = plt.subplots(figsize=(6.4, 3))
-    last = {}
+    first, last = {}, {}
     for quality, look in (("optimal", "-"), ("suboptimal", "--")):
         data, rollout = find(quality, "two_wheeled"), rollouts["two_wheeled", quality]
         away = []
@@ -331,18 +335,19 @@ if check.nearest_distance(nearest_distance):
                 nearest_distance(rollout.states[i, :, :16, :2].flatten(0, 1), known).reshape(20, 16)
             )
         curve = torch.stack(away).mean((0, 1))  # (time,)
-        last[quality] = float(curve[-1])
+        first[quality], last[quality] = float(curve[0]), float(curve[-1])
         axes.plot(curve, linestyle=look, color="#333333", label=f"copy of {quality} data")
     axes.set(xlabel="step", ylabel="distance to the data (length units)")
     axes.legend()
     plt.show()
-    assert min(last.values()) > 0.1
-    print("after 16 steps both copies are farther than 0.1 from any place they were shown")
+    assert last["optimal"] > 0.15 and last["suboptimal"] < 0.5 * first["suboptimal"]
+    print("the copy of clean data drifts away from them; the copy of noisy data comes towards them")
 
 # %% [markdown]
 # *Figure 6. Mean distance, in the plane, between the copy and its own demonstration, over the first 16 steps, all 24 tasks and 20 episodes each.*
 #
-# Small errors lead to states without data, where the errors are larger: **compounding errors**. Notebook 04 makes this precise: cloning controls the distance to the demonstrator in the *demonstrator's* states, and that is no bound on anything in the copy's own. What is missing is
+# The copy of the clean data starts on its data and drifts away, step by step: small errors lead to states without data, where errors are larger, **compounding errors**. The copy of the noisy data starts where
+# nobody showed it anything, and comes *towards* its data: it has learnt to correct. Notebook 04 makes this precise: cloning controls the distance to the demonstrator in the *demonstrator's* states, and that is no bound on anything in the copy's own. What is missing is
 # feedback from the world. EMRLD takes *one* step of cloning, then looks at rewards.
 #
 # ## Where paper and code differ

@@ -85,7 +85,7 @@ def wheeled_step(student: Student) -> None:
 @answered
 def episodes_needed(student: Student) -> None:
     """Check waiting for a reward: f(rate, confidence) -> the smallest whole number of episodes."""
-    for rate, confidence in ((0.1, 0.95), (0.02, 0.5), (0.5, 0.99), (0.001, 0.95)):
+    for rate, confidence in ((0.1, 0.9), (0.02, 0.5), (0.5, 0.99), (0.001, 0.95)):
         expected = math.ceil(math.log(1 - confidence) / math.log(1 - rate))
         got = student(rate, confidence)
         if isinstance(got, bool) or not isinstance(got, int | float):

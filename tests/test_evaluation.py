@@ -1,0 +1,58 @@
+"""Intervals against their definition, and cloning against the demonstrations it copies."""
+
+import math
+
+import pytest
+import torch
+
+from emrld_lite.cloning import clone
+from emrld_lite.demonstrations import find
+from emrld_lite.evaluate import wilson_interval
+from emrld_lite.losses import bc_loss
+from emrld_lite.policy import distribution, initialise, per_task
+from emrld_lite.validation import InputError
+
+
+@pytest.mark.parametrize(("successes", "episodes"), [(0, 50), (1, 240), (17, 40), (40, 40)])
+def test_wilson_s_bounds_solve_his_equation(successes, episodes):
+    # a bound p is where the seen rate lies z standard deviations of p away from p
+    rate = successes / episodes
+    for bound in wilson_interval(successes, episodes):
+        if 0 < bound < 1:
+            deviation = math.sqrt(bound * (1 - bound) / episodes)
+            assert abs(rate - bound) == pytest.approx(1.96 * deviation)
+    low, high = wilson_interval(successes, episodes)
+    assert 0 <= low <= rate <= high <= 1
+    assert high > low
+
+
+@pytest.mark.parametrize(("successes", "episodes"), [(3, 2), (-1, 5), (0, 0), (0.5, 3)])
+def test_counts_that_make_no_rate_are_refused(successes, episodes):
+    with pytest.raises(InputError):
+        wilson_interval(successes, episodes)
+
+
+def test_a_clone_acts_like_its_own_demonstration():
+    data = find("optimal", "point2d").take(slice(0, 3))
+    task_params = clone(data)
+    start = per_task(initialise(2, 2, seed=0), 3)
+    assert (bc_loss(task_params, data) < bc_loss(start, data) - 0.5).all()
+    error = (distribution(task_params, data.states).mean - data.actions) * data.mask[..., None]
+    other = (distribution(task_params, data.states).mean - data.actions.flip(0)) * data.mask[
+        ..., None
+    ]
+    assert error.norm() < 0.5 * other.norm()
+
+
+def test_tasks_are_cloned_apart():
+    both = clone(find("optimal", "point2d").take(slice(0, 2)), steps=20)
+    alone = clone(find("optimal", "point2d").take(slice(0, 1)), steps=20)
+    for name, value in alone.items():
+        assert torch.allclose(both[name][0], value[0], atol=1e-5)
+
+
+def test_cloning_refuses_numbers_it_cannot_use():
+    with pytest.raises(InputError, match="steps"):
+        clone(find("optimal", "point2d"), steps=0)
+    with pytest.raises(InputError, match="rate"):
+        clone(find("optimal", "point2d"), rate=-1.0)
