@@ -485,6 +485,9 @@ def test_other_bad_input_is_refused():
         (lambda: hunt("bond"), "unknown bound"),
         (lambda: corridor().meta_gradient(torch.zeros(2, 2)), "theta"),
         (lambda: corridor(inner_loss="second"), "unknown inner_loss"),
+        (lambda: ExactMetaRL(corridor().mdps, [0.5, 0.5], [torch.ones(5, 2)] * 2, None), "demo[0]"),
+        (lambda: list(exact_meta_train(corridor(), -1.0, 3)), "meta_lr"),
+        (lambda: list(exact_meta_train(corridor(), 1.0, 0)), "iterations"),
         (lambda: proof_lines(*one_family(9), Claims(value_error=torch.ones(7))), "value_error"),
     ):
         with pytest.raises(InputError) as refusal:

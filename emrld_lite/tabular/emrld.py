@@ -15,8 +15,16 @@ from torch import Tensor
 
 from ..adapt import Adaptation, gradient_step
 from ..validation import known, positive_count, real_number
-from .mdp import TabularMDP, expect_shape, numbers
-from .theorem import MetaStep, Policies, RelatedBounds, Theorem1, related_of, theorem_of
+from .mdp import TabularMDP, expect_shape, numbers, stack
+from .theorem import (
+    MetaStep,
+    Policies,
+    RelatedBounds,
+    Theorem1,
+    checked_policies,
+    related_of,
+    theorem_of,
+)
 
 INNER_LOSSES = ("exact", "log", "ratio")
 HALVINGS = 20  # of the meta step before it is given up
@@ -40,6 +48,7 @@ class ExactMetaRL:
 
     def __post_init__(self) -> None:
         known("inner_loss", self.inner_loss, INNER_LOSSES)
+        checked_policies("demo", self.demo, stack(self.mdps))
         step = MetaStep.of(self.mdps, self.task_weights, self.demo, self.demo, self.demo)
         object.__setattr__(self, "_solved", step)
 

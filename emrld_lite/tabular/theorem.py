@@ -53,7 +53,7 @@ class MetaStep:
         tasks = stack(mdps)
         weights = _task_weights(task_weights, tasks)
         policies = [
-            _policies(name, given, tasks)
+            checked_policies(name, given, tasks)
             for name, given in (("old", old), ("new", new), ("demo", demo))
         ]
         visits = [tasks.visitation(policy) for policy in policies]
@@ -88,7 +88,8 @@ def _task_weights(task_weights: Tensor, tasks: TabularMDP) -> Tensor:
     return weights.reshape(weights.shape + (1,) * (len(batch) - weights.dim()))
 
 
-def _policies(name: str, given: Policies, tasks: TabularMDP) -> Tensor:
+def checked_policies(name: str, given: Policies, tasks: TabularMDP) -> Tensor:
+    """Return one policy a task as (task, ..., state, action); raises InputError under ``name``."""
     given, shape = list(given), tuple(tasks.reward.shape)
     if len(given) != shape[0]:
         raise InputError(f"{name}: expected {shape[0]} policies, one a task, got {len(given)}")
