@@ -29,7 +29,7 @@ class Quality:
     action_noise: float = 0.0
     """Standard deviation of noise added to the policy's mean action, in units of the action range."""
     skipped_steps: int = 0
-    """This many state-action pairs at the beginning are removed."""
+    """This many state-action pairs at the beginning are removed, but one at least is kept of each."""
     short_of_reward: float | None = None
     """Trajectories end before they come closer than this to the region that pays; None keeps them whole."""
 
@@ -123,7 +123,7 @@ def _kept_steps(
     if chosen.short_of_reward is not None:
         far = family.distance_to_reward(tasks, states) > chosen.short_of_reward  # (task, time)
         end = torch.minimum(end, far.long().cumprod(-1).sum(-1))
-    first = min(chosen.skipped_steps, int(end.min()) - 1)
+    first = max(0, min(chosen.skipped_steps, int(end.min()) - 1))
     return first, end - first
 
 

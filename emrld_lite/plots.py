@@ -15,6 +15,7 @@ from matplotlib.patches import Circle
 from .algorithms import ALGORITHMS
 from .demonstrations import Demonstrations
 from .envs import Environment
+from .envs.drawing import GOAL_COLOUR, round_goal
 from .envs.point2d import NEAR
 from .envs.two_wheeled import DRIFT_GOAL
 from .envs.two_wheeled import NEAR as WHEELED_NEAR
@@ -30,7 +31,6 @@ LOOKS = {
     "emrld-ws": {"color": "#D55E00", "linestyle": "--", "marker": "s"},
     "maml": {"color": "#009E73", "linestyle": ":", "marker": "^"},
 }
-GOAL_COLOUR = "#E69F00"
 DEMONSTRATION_COLOUR = "#333333"
 STYLE = {
     "figure.dpi": 110,
@@ -104,8 +104,7 @@ def arena(axes: Axes, goals: torch.Tensor) -> None:
     angles = np.linspace(0, np.pi, 100)
     axes.plot(2 * np.cos(angles), 2 * np.sin(angles), color="grey", linewidth=0.6, zorder=0)
     for x, y in goals.tolist():
-        axes.add_patch(Circle((x, y), NEAR, color=GOAL_COLOUR, alpha=0.35, linewidth=0))
-        axes.plot(x, y, marker="*", color="black", markersize=8, linestyle="none", zorder=5)
+        round_goal(axes, [x, y], NEAR)
     axes.plot(0, 0, marker="x", color="black", markersize=7, linestyle="none")
     axes.set_aspect("equal")
     axes.set_xlim(-2.6, 2.6)

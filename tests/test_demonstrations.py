@@ -214,3 +214,11 @@ def test_an_expert_of_another_kind_is_refused(tmp_path):
     )
     with pytest.raises(InputError, match="quality: expected 'suboptimal', got 'optimal'"):
         demonstrator.load_expert(tmp_path / "e.safetensors", "point2d", "suboptimal")
+
+
+def test_a_recipe_that_leaves_nothing_is_refused_not_wrapped_around():
+    params = demonstrator.load_or_train_expert("point2d", "optimal")
+    tasks = make("point2d").training_tasks()[:2]
+    nothing = demonstrator.Quality(skipped_steps=3, short_of_reward=5.0)
+    with pytest.raises(InputError, match="states"):
+        demonstrator.demonstrate(params, "point2d", tasks, "optimal", 0, nothing)

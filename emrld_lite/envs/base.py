@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from matplotlib.axes import Axes
 
+from ..validation import InputError
 from .drawing import pixels
 
 
@@ -29,6 +30,17 @@ class Transition(NamedTuple):
     rewards: torch.Tensor
     terminated: torch.Tensor
     success: torch.Tensor
+
+
+def refuse_wrong(
+    name: str, tasks: torch.Tensor, wrong: torch.Tensor, expected: str
+) -> torch.Tensor:
+    """Return ``tasks`` unless one is marked in ``wrong`` (task,); then raise InputError naming it."""
+    if wrong.any():
+        task = int(wrong.nonzero()[0])
+        got = tuple(round(value, 4) for value in tasks[task].tolist())
+        raise InputError(f"{name} task {task}: expected {expected}, got {got}")
+    return tasks
 
 
 class Environment(ABC):

@@ -28,12 +28,17 @@ def full_state(state: torch.Tensor) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([values[17:18], values[:8]]), values[8:17]
 
 
+def posed(state: torch.Tensor) -> mujoco.MjData:
+    """Return a simulation in the pose of a state (20,)."""
+    data = mujoco.MjData(cheetah_model())
+    data.qpos[:], data.qvel[:] = full_state(state)
+    mujoco.mj_forward(cheetah_model(), data)
+    return data
+
+
 def capsules(state: torch.Tensor) -> list[tuple[np.ndarray, float]]:
     """Return the body's capsules as ends (2, 2) in x and z and radii, metres, from a state (20,)."""
-    model = cheetah_model()
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = full_state(state)
-    mujoco.mj_forward(model, data)
+    model, data = cheetah_model(), posed(state)
     drawn = []
     for geom in range(model.ngeom):
         if model.geom_type[geom] != int(mujoco.mjtGeom.mjGEOM_CAPSULE):
@@ -63,8 +68,5 @@ def rendered(state: torch.Tensor) -> np.ndarray | None:
     maker = renderer()
     if maker is None:
         return None
-    data = mujoco.MjData(cheetah_model())
-    data.qpos[:], data.qvel[:] = full_state(state)
-    mujoco.mj_forward(cheetah_model(), data)
-    maker.update_scene(data, camera="track")
+    maker.update_scene(posed(state), camera="track")
     return maker.render().copy()

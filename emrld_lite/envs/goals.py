@@ -7,7 +7,8 @@ import math
 import numpy as np
 import torch
 
-from ..validation import InputError, positive_count, real_number, shaped
+from ..validation import positive_count, real_number, shaped
+from .base import refuse_wrong
 
 GOAL_RADIUS = 2.0  # distance of every goal from the start
 
@@ -35,13 +36,8 @@ def check_goals(name: str, goals: torch.Tensor) -> torch.Tensor:
     shaped(f"{name} goals", goals, ("task", 2))
     radius = goal_distance(goals, torch.zeros(2, device=goals.device))
     wrong = ((radius - GOAL_RADIUS).abs() > 1e-3) | (goals[:, 1] < -1e-3)
-    if wrong.any():
-        task = int(wrong.nonzero()[0])
-        raise InputError(
-            f"{name} task {task}: expected a goal on the upper semicircle of radius "
-            f"{GOAL_RADIUS}, got {tuple(round(v, 4) for v in goals[task].tolist())}"
-        )
-    return goals
+    expected = f"a goal on the upper semicircle of radius {GOAL_RADIUS}"
+    return refuse_wrong(name, goals, wrong, expected)
 
 
 def goal_distance(states: torch.Tensor, goals: torch.Tensor) -> torch.Tensor:

@@ -11,7 +11,7 @@ import torch
 from matplotlib.axes import Axes
 
 from ..validation import InputError, known, positive_count, shaped
-from .base import Environment, Transition
+from .base import Environment, Transition, refuse_wrong
 from .cheetah_body import capsules, cheetah_model, rendered
 from .drawing import BODY_COLOUR, GOAL_COLOUR
 
@@ -97,13 +97,8 @@ class HalfCheetahForwardBackward(Environment):
         """Return directions (task, 1) unless one is neither +1 nor -1."""
         shaped("HalfCheetah directions", tasks, ("task", 1))
         wrong = tasks[:, 0].abs() != 1.0
-        if wrong.any():
-            task = int(wrong.nonzero()[0])
-            raise InputError(
-                f"HalfCheetah task {task}: expected a direction of 1 (forward) or -1 (backward), "
-                f"got {float(tasks[task, 0]):.4g}"
-            )
-        return tasks
+        expected = "a direction of 1 (forward) or -1 (backward)"
+        return refuse_wrong("HalfCheetah", tasks, wrong, expected)
 
     def reset(self, tasks: torch.Tensor, episodes: int) -> torch.Tensor:
         """Return the start, at rest, of every episode, (task, episode, 20)."""

@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from matplotlib.axes import Axes
 
-from ..validation import InputError, known, positive_count, shaped
-from .base import Environment, Transition
+from ..validation import known, positive_count, shaped
+from .base import Environment, Transition, refuse_wrong
 from .drawing import box_goal, path, robot
 from .goals import check_goals, goal_distance, sample_goals, spread_goals
 
@@ -196,13 +196,8 @@ class TwoWheeledDrift(_Wheeled):
         """Return drifts (task, 1) unless one is larger than 0.8 rad/s."""
         shaped("TwoWheeledDrift drifts", tasks, ("task", 1))
         wrong = tasks[:, 0].abs() > DRIFT_LIMIT + 1e-6
-        if wrong.any():
-            task = int(wrong.nonzero()[0])
-            raise InputError(
-                f"TwoWheeledDrift task {task}: expected a residual angular velocity within "
-                f"{DRIFT_LIMIT} rad/s of 0, got {float(tasks[task, 0]):.4g}"
-            )
-        return tasks
+        expected = f"a residual angular velocity within {DRIFT_LIMIT} rad/s of 0"
+        return refuse_wrong("TwoWheeledDrift", tasks, wrong, expected)
 
     def _largest_turn(self) -> float:
         drift = DRIFT_LIMIT * (TIME_STEP if self.drift_rule == "rate" else 1.0)

@@ -29,9 +29,9 @@ def random_family(
     rewards dense or zero but for one state and action in ten, policies from uniform to nearly
     deterministic, independent of each other or close together, in a random order of closeness.
     """
-    for name, count in (("families", families), ("tasks", tasks), ("actions", actions)):
+    counts = {"families": families, "tasks": tasks, "states": states, "actions": actions}
+    for name, count in counts.items():
         positive_count(name, count)
-    positive_count("states", states)
 
     def uniform(*shape: int) -> Tensor:
         return torch.rand(*shape, generator=random, dtype=torch.float64)

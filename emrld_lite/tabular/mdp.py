@@ -86,14 +86,14 @@ class TabularMDP:
         """Return J (...) = E_{s ~ rho} V(s)."""
         return (self.initial * self.value(policy)).sum(-1)
 
-    def policy(self, policy: Tensor, name: str = "policy") -> Tensor:
+    def policy(self, policy: Tensor) -> Tensor:
         """Return ``policy`` as float64 if it is one for this MDP; otherwise raise InputError."""
-        policy = numbers(name, policy)
+        policy = numbers("policy", policy)
         expected = tuple(self.reward.shape)
         trailing = tuple(policy.shape[-2:])
         if policy.dim() > len(expected) or trailing != expected[-2:]:
-            raise InputError(f"{name}: expected shape {expected}, got {tuple(policy.shape)}")
-        return distributions(name, policy)
+            raise InputError(f"policy: expected shape {expected}, got {tuple(policy.shape)}")
+        return distributions("policy", policy)
 
     def _resolvent(self, policy: Tensor) -> Tensor:
         """Return I - gamma P_pi, (..., state, next state)."""
