@@ -33,7 +33,7 @@
 import matplotlib.pyplot as plt
 import torch
 
-from emrld_lite import advantage, losses, plots, policy
+from emrld_lite import advantage, cloning, losses, plots, policy
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.demonstrations import find
@@ -489,6 +489,8 @@ for quality in ("optimal", "suboptimal"):
     demos = find(quality, "point2d")
     cloned, history = clone(demos)
     assert history[-1] < history[0]
+    package = cloning.clone(demos)
+    assert all(torch.allclose(cloned[name], package[name]) for name in cloned)
     rollouts[quality] = collect(sparse, demos.tasks, cloned, 20, random)
     returns[quality] = float(episode_returns(rollouts[quality]).mean())
 

@@ -286,7 +286,7 @@ plt.show()
 # %% [markdown]
 # *Figure 5. How often an untrained policy sees any reward: rate (dot) and 95 % interval (line), over all training tasks, logarithmic scale.*
 #
-# The cheetah is the least sparse: a random wriggle sometimes carries it two metres either way, and half of these times the wrong way, where it is paid *negatively* for going on. For the point, an
+# The cheetah is the least sparse: a random wriggle sometimes carries it two metres, often enough the wrong way, where it is paid *negatively* for going on. For the point, an
 # unlucky walker, the rate is around one in a thousand.
 #
 # ### Exercise 3 · How long must one wait?
@@ -451,8 +451,8 @@ print("after 30 iterations: dense, more than 90 % of the goals; sparse, fewer th
 # | drift | $\theta + \omega_g + \omega\, dT$ (units clash) | not released | $\theta + (\omega + \omega_g)\, dT$; `drift_rule="literal"` |
 # | drifts of the nine tasks | not said; $-0.65$ at test time | not released | $-0.8$ to $0.8$, evenly |
 # | cheetah's observation | $\mathbb R^{20}$ | joint positions but $x$, velocities, torso | the same |
-# | cheetah paid for $\lvert x - x_0 \rvert > 2$ | "in the correct direction" in words, either way in the formula | either way | either way |
-# | how a cheetah starts | not said | random | at rest, always the same |
+# | cheetah paid for $\lvert x - x_0 \rvert > 2$ | "in the correct direction" in words, either way in the formula | not compared | either way |
+# | how a cheetah starts | not said | not compared | at rest, always the same |
 #
 # ## What was shown
 #

@@ -54,7 +54,7 @@ clock = Clock(
 # ## 1 · An expert
 #
 # The paper trains one expert for *all* tasks of an environment: a policy whose input is the state with the task's numbers appended, $\pi(a \mid s, g_i)$. Its reward is **dense**; for the
-# goal-reaching environments, minus the distance to the goal. (The paper does not name the reward; its released data were made with a dense one.) Two hidden layers of 128 units, a learned value network,
+# goal-reaching environments, minus the distance to the goal. (The paper does not name the reward; its released code uses a dense one.) Two hidden layers of 128 units, a learned value network,
 # and TRPO: `emrld_lite.expert` shares rollouts, advantages and the TRPO step with the meta-learner.
 #
 # ### Exercise 1 · Tell it the goal
@@ -355,9 +355,9 @@ if check.nearest_distance(nearest_distance):
 # | point | paper | released code | this workbook |
 # |---|---|---|---|
 # | the expert's reward | not said | dense | dense: minus the distance; for the cheetah its sparse reward, paid everywhere |
-# | how good "partially trained" is | not said | data files | a success rate, in the table above |
-# | action noise | "induced" | data files | 0.1, for the cheetah 0.3 of the action range |
-# | how much is cut | not said | data files | in the table above |
+# | how good "partially trained" is | not said | not compared | a success rate, in the table above |
+# | action noise | "induced" | not compared | 0.1, for the cheetah 0.3 of the action range |
+# | how much is cut | not said | not compared | in the table above |
 # | cloning loss | a sum over the data | a mean | a mean; `--bc-reduction sum` |
 #
 # ## What was shown
