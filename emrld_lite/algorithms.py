@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from .adapt import Adaptation
 
@@ -12,7 +13,7 @@ W_BC = 1.0  # Table 2
 
 @dataclass(frozen=True)
 class Algorithm:
-    """One row of the comparison: what happens in the adaptation step."""
+    """One row of the comparison: what happens in the adaptation step and in the meta-update."""
 
     name: str
     """Name on the command line."""
@@ -24,6 +25,8 @@ class Algorithm:
     """Weight of RL in the adaptation; None: by the data's quality, as in Table 2."""
     w_bc: float
     """Weight of behaviour cloning in the adaptation."""
+    meta_update: Literal["rl", "bc"]
+    """"rl": TRPO on D^val; "bc": Adam on the demonstrations' likelihood after adaptation."""
 
     def adaptation(
         self,
@@ -47,8 +50,10 @@ class Algorithm:
 ALGORITHMS = {
     row.name: row
     for row in (
-        Algorithm("emrld", "EMRLD", warm_start=False, w_rl=None, w_bc=W_BC),
-        Algorithm("emrld-ws", "EMRLD-WS", warm_start=True, w_rl=None, w_bc=W_BC),
-        Algorithm("maml", "MAML", warm_start=False, w_rl=1.0, w_bc=0.0),
+        Algorithm("emrld", "EMRLD", warm_start=False, w_rl=None, w_bc=W_BC, meta_update="rl"),
+        Algorithm("emrld-ws", "EMRLD-WS", warm_start=True, w_rl=None, w_bc=W_BC, meta_update="rl"),
+        Algorithm("maml", "MAML", warm_start=False, w_rl=1.0, w_bc=0.0, meta_update="rl"),
+        Algorithm("meta-bc", "Meta-BC", warm_start=False, w_rl=0.0, w_bc=1.0, meta_update="bc"),
+        Algorithm("gmps", "GMPS", warm_start=False, w_rl=1.0, w_bc=0.0, meta_update="bc"),
     )
 }

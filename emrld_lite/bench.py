@@ -55,8 +55,9 @@ def measure(tasks: int, iterations: int, seed: int = 0) -> Cost:
     for iteration in range(iterations + 1):
         timing.seconds.clear()
         began = time.perf_counter()
-        _, before, after, _ = meta_iteration(
+        _, _, before, after, _ = meta_iteration(
             start,
+            None,
             environment,
             demonstrations,
             config.adaptation("optimal"),

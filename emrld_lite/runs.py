@@ -18,21 +18,24 @@ import torch
 from . import demonstrations as demonstration_files
 from . import storage
 from .policy import Params, initialise
+from .supervised_update import Moments
 from .train import Iterate, Record, TrainConfig, meta_train
 from .trpo import TrustRegion
 from .validation import InputError, shaped
 
 CHECKPOINT_EVERY = 10  # iterations
+ADAM_PREFIXES = ("adam_mean.", "adam_square.")  # of Adam's tensors in policy.safetensors
 PACKAGES = ("torch", "numpy", "gymnasium")
 SHIPPED = Path(__file__).resolve().parent.parent / "data" / "runs"
 
 
 class Run(NamedTuple):
-    """A stored run: its configuration, one record an iteration, and its last meta-policy."""
+    """A stored run: its configuration, one record an iteration, its last meta-policy, Adam's memory."""
 
     config: TrainConfig
     curve: tuple[Record, ...]
     meta_params: Params
+    moments: Moments | None = None
 
 
 def train_run(
@@ -51,11 +54,12 @@ def train_run(
     """
     out = Path(out)
     demonstrations = demonstration_files.find(config.demos, config.env)
-    curve, meta_params = _start(config, out, resume)
-    latest = Run(config, curve, meta_params)
+    curve, meta_params, moments = _start(config, out, resume)
+    latest = Run(config, curve, meta_params, moments)
     try:
-        for iterate in meta_train(config, demonstrations, meta_params, curve, device):
-            latest = Run(config, (*latest.curve, iterate.record), iterate.meta_params)
+        for iterate in meta_train(config, demonstrations, meta_params, curve, device, moments):
+            curve_so_far = (*latest.curve, iterate.record)
+            latest = Run(config, curve_so_far, iterate.meta_params, iterate.moments)
             if (iterate.record.iteration + 1) % CHECKPOINT_EVERY == 0:
                 save_checkpoint(out, latest)
             on_iteration(iterate)
@@ -67,14 +71,14 @@ def train_run(
 
 def _start(
     config: TrainConfig, out: Path, resume: bool
-) -> tuple[tuple[Record, ...], Params | None]:
-    """Prepare ``out``; returns the records and the policy to go on from, or nothing and None."""
+) -> tuple[tuple[Record, ...], Params | None, Moments | None]:
+    """Prepare ``out``; returns the records, policy and moments to go on from, or nothing and None."""
     if not (out / "config.json").exists():
         if resume:
             raise InputError(f"{out}: nothing to resume: no config.json there")
         storage.write_json(out / "config.json", dataclasses.asdict(config))
         storage.write_json(out / "provenance.json", provenance())
-        return (), None
+        return (), None, None
     if not resume:
         raise InputError(f"{out}: already holds a run; choose another folder, or pass --resume")
     stored = load_config(out)
@@ -84,16 +88,23 @@ def _start(
         raise InputError(f"{out}: cannot resume with other settings: {', '.join(changed)} differ")
     storage.write_json(out / "config.json", dataclasses.asdict(config))
     if not (out / "policy.safetensors").exists():
-        return (), None
+        return (), None, None
     run = load_run(out)
-    return run.curve, run.meta_params
+    return run.curve, run.meta_params, run.moments
 
 
 def save_checkpoint(out: Path, run: Run) -> None:
     """Write the curve, then the policy with its iteration: what is on disk always fits together."""
     storage.write_csv(Path(out) / "curve.csv", Record._fields, [_cells(row) for row in run.curve])
     facts = {"iterations": str(len(run.curve)), "environment": run.config.env}
-    storage.write_tensors(Path(out) / "policy.safetensors", run.meta_params, facts)
+    tensors = dict(run.meta_params)
+    if (
+        run.moments is not None
+    ):  # in the same file, so that policy and memory always belong together
+        facts["adam_step"] = str(run.moments.step)
+        for prefix, part in zip(ADAM_PREFIXES, (run.moments.mean, run.moments.square), strict=True):
+            tensors |= {prefix + name: value for name, value in part.items()}
+    storage.write_tensors(Path(out) / "policy.safetensors", tensors, facts)
 
 
 def _cells(record: Record) -> list[str]:
@@ -105,15 +116,19 @@ def load_run(folder: Path) -> Run:
     """Read a run; its curve ends with the iteration of its policy. Damage raises InputError."""
     folder = Path(folder)
     config = load_config(folder)
-    meta_params, facts = storage.read_tensors(folder / "policy.safetensors", "policy")
-    _check_policy(folder / "policy.safetensors", config, meta_params)
+    path = folder / "policy.safetensors"
+    tensors, facts = storage.read_tensors(path, "policy")
+    prefixes = ("", *ADAM_PREFIXES) if "adam_step" in facts else ("",)
+    _check_policy(path, config, tensors, prefixes)
+    meta_params, *memory = (_with_prefix(tensors, prefix) for prefix in prefixes)
+    moments = Moments(int(facts["adam_step"]), *memory) if memory else None
     curve = load_curve(folder / "curve.csv")
     iterations = int(facts.get("iterations", "0"))
     if len(curve) < iterations:
         raise InputError(
             f"{folder / 'curve.csv'}: expected at least {iterations} rows, got {len(curve)}"
         )
-    return Run(config, curve[:iterations], meta_params)
+    return Run(config, curve[:iterations], meta_params, moments)
 
 
 def load_config(folder: Path) -> TrainConfig:
@@ -143,16 +158,28 @@ def load_curve(path: Path) -> tuple[Record, ...]:
     return tuple(records)
 
 
-def _check_policy(path: Path, config: TrainConfig, params: Params) -> None:
-    """Raise InputError unless ``params`` fit the run's environment."""
+def _with_prefix(tensors: Params, prefix: str) -> Params:
+    """Return the tensors whose names are a parameter's after ``prefix``, under the parameter's name."""
+    return {
+        name.removeprefix(prefix): value
+        for name, value in tensors.items()
+        if name.startswith(prefix) and "." not in name.removeprefix(prefix)
+    }
+
+
+def _check_policy(
+    path: Path, config: TrainConfig, tensors: Params, prefixes: tuple[str, ...]
+) -> None:
+    """Raise InputError unless ``tensors`` fit the run's environment, once for each prefix."""
     environment = config.environment()
-    expected = initialise(
+    policy = initialise(
         environment.state_dim, environment.action_dim, 0, learn_sigma=config.learn_sigma
     )
-    if set(params) != set(expected):
-        raise InputError(f"{path}: expected tensors {sorted(expected)}, got {sorted(params)}")
+    expected = {prefix + name: value for prefix in prefixes for name, value in policy.items()}
+    if set(tensors) != set(expected):
+        raise InputError(f"{path}: expected tensors {sorted(expected)}, got {sorted(tensors)}")
     for name, value in expected.items():
-        shaped(f"{path}: {name}", params[name], tuple(value.shape))
+        shaped(f"{path}: {name}", tensors[name], tuple(value.shape))
 
 
 def _names(config: TrainConfig) -> list[str]:

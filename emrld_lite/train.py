@@ -12,12 +12,13 @@ import torch
 
 from .adapt import Adaptation, adapt, warm_start
 from .advantage import with_advantages
-from .algorithms import ALGORITHMS
+from .algorithms import ALGORITHMS, Algorithm
 from .demonstrations import Demonstrations
 from .envs import ENVIRONMENTS, Environment, make
 from .meta_update import meta_update
 from .policy import Params, initialise
 from .rollout import Rollout, collect, episode_returns
+from .supervised_update import Moments, supervised_update
 from .timing import section
 from .trpo import Step, TrustRegion
 from .validation import InputError, known, lookup, positive_count, real_number
@@ -28,9 +29,9 @@ class TrainConfig:
     """Everything that decides a run; the defaults are Table 2's. Raises InputError for bad values."""
 
     env: str = "point2d"
-    """Environment, such as point2d."""
+    """point2d, two_wheeled, half_cheetah or two_wheeled_drift."""
     algorithm: str = "emrld-ws"
-    """Row of the comparison: emrld, emrld-ws or maml."""
+    """Row of the comparison: emrld, emrld-ws, maml, meta-bc or gmps."""
     demos: str = "optimal"
     """optimal, suboptimal, or a demonstration file ending in .npz."""
     iterations: int = 150
@@ -49,12 +50,16 @@ class TrainConfig:
     """Weight of RL in the adaptation; by default the algorithm's and the data's (Table 2)."""
     w_bc: float | None = None
     """Weight of cloning in the adaptation; by default the algorithm's (Table 2)."""
+    meta_lr: float = 0.01
+    """Adam's learning rate in the meta-update of meta-bc and gmps (Table 2)."""
     bc_reduction: str = "mean"
     """mean over the demonstration's steps (released code) or their sum (paper)."""
     learn_sigma: bool = True
     """Whether sigma is learned from 1 on (released code) or stays 1 (paper)."""
     network_start: str = "biased"
     """biased (biases and a small last layer) or xavier (released code: zero biases)."""
+    reward: str = "sparse"
+    """sparse (paper) or dense: minus the distance to the goal, for the cheetah its speed everywhere."""
     step_rule: str = "at-most"
     """Length of a Point2D step: at-most 0.1 (paper) or exact 0.1 (released code)."""
     trust_region: TrustRegion = field(default_factory=TrustRegion)
@@ -70,6 +75,7 @@ class TrainConfig:
         positive_count("episodes", self.episodes)
         real_number("discount", self.discount, 0.0, 1.0)
         real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
+        real_number("meta_lr", self.meta_lr, minimum=1e-12)
         if self.stop_at_return is not None:
             real_number("stop_at_return", self.stop_at_return)
         known("network_start", self.network_start, ("biased", "xavier"))
@@ -79,11 +85,15 @@ class TrainConfig:
     def environment(self) -> Environment:
         """Return the environment of the run."""
         options = {"step_rule": self.step_rule} if self.env == "point2d" else {}
-        return make(self.env, **options)
+        return make(self.env, reward=self.reward, **options)
+
+    def row(self) -> Algorithm:
+        """Return the algorithm's row of the comparison."""
+        return lookup("algorithm", self.algorithm, ALGORITHMS)
 
     def adaptation(self, quality: str) -> Adaptation:
         """Return the adaptation for demonstrations of ``quality``."""
-        return lookup("algorithm", self.algorithm, ALGORITHMS).adaptation(
+        return self.row().adaptation(
             quality, self.adapt_lr, self.w_rl, self.w_bc, self.bc_reduction
         )
 
@@ -113,6 +123,7 @@ class Iterate(NamedTuple):
     record: Record
     before: Rollout
     after: Rollout
+    moments: Moments | None = None
 
 
 def meta_train(
@@ -121,13 +132,14 @@ def meta_train(
     meta_params: Params | None = None,
     history: tuple[Record, ...] = (),
     device: str = "cpu",
+    moments: Moments | None = None,
 ) -> Iterator[Iterate]:
     """Run Algorithm 1 and yield after every meta-iteration.
 
-    To go on with a stopped run, pass its ``meta_params`` and the ``history`` of its records: every
-    iteration draws from a generator of its own, seeded by the run's seed and its number, so the
-    curve is the same as without the stop. Raises InputError when the demonstrations are those of
-    another environment.
+    To go on with a stopped run, pass its ``meta_params``, the ``history`` of its records, and what
+    Adam remembers (``moments``) where the meta-update is Adam's: every iteration draws from a
+    generator of its own, seeded by the run's seed and its number, so the curve is the same as
+    without the stop. Raises InputError when the demonstrations are those of another environment.
     """
     if demonstrations.environment != config.env:
         raise InputError(
@@ -144,14 +156,16 @@ def meta_train(
         start=config.network_start,
     )
     meta_params = own_memory(meta_params or start, order=start, device=device)
+    moments = own_moments(moments, order=start, device=device)
     env_steps = history[-1].env_steps if history else 0
     started = time.perf_counter() - (history[-1].seconds if history else 0.0)
     for iteration in range(len(history), config.iterations):
         random = iteration_generator(config.seed, iteration)
-        meta_params, before, after, step = meta_iteration(
-            meta_params, environment, demonstrations, adaptation, config, random
+        meta_params, moments, before, after, step = meta_iteration(
+            meta_params, moments, environment, demonstrations, adaptation, config, random
         )
         meta_params = own_memory(meta_params, order=start, device=device)
+        moments = own_moments(moments, order=start, device=device)
         env_steps += int(before.mask.sum() + after.mask.sum())
         record = Record(
             iteration=iteration,
@@ -164,7 +178,7 @@ def meta_train(
             backtracks=step.backtracks,
             note=step.note,
         )
-        yield Iterate(meta_params, record, before, after)
+        yield Iterate(meta_params, record, before, after, moments)
         if config.stop_at_return is not None and record.return_after >= config.stop_at_return:
             return
 
@@ -179,6 +193,14 @@ def own_memory(params: Params, order: Params, device: str) -> Params:
     return {name: params[name].to(device, copy=True) for name in order}
 
 
+def own_moments(moments: Moments | None, order: Params, device: str) -> Moments | None:
+    """Return Adam's moments in memory of their own, for the same reason."""
+    if moments is None:
+        return None
+    mean, square = (own_memory(part, order, device) for part in (moments.mean, moments.square))
+    return Moments(moments.step, mean, square)
+
+
 def iteration_generator(seed: int, iteration: int) -> torch.Generator:
     """Return the CPU generator of one iteration: nothing but seed and number decides its draws."""
     state = np.random.SeedSequence([seed, iteration]).generate_state(1, np.uint64)
@@ -187,13 +209,17 @@ def iteration_generator(seed: int, iteration: int) -> torch.Generator:
 
 def meta_iteration(
     meta_params: Params,
+    moments: Moments | None,
     environment: Environment,
     demonstrations: Demonstrations,
     adaptation: Adaptation,
     config: TrainConfig,
     random: torch.Generator,
-) -> tuple[Params, Rollout, Rollout, Step]:
-    """Go once through the body of Algorithm 1; returns the new meta-policy, D^tr, D^val and the step."""
+) -> tuple[Params, Moments | None, Rollout, Rollout, Step]:
+    """Go once through the body of Algorithm 1.
+
+    Returns the new meta-policy, what Adam remembers (None for TRPO), D^tr, D^val and the step.
+    """
     tasks = demonstrations.tasks
     with section("rollout"):
         start = warm_start(meta_params, demonstrations, adaptation)
@@ -203,9 +229,14 @@ def meta_iteration(
         task_params = adapt(meta_params, before, demonstrations, adaptation)  # line 7
     with section("rollout"):
         after = collect(environment, tasks, task_params, config.episodes, random)  # line 8
+    if config.row().meta_update == "bc":
+        meta_params, moments, step = supervised_update(
+            meta_params, moments, before, after, demonstrations, adaptation, config.meta_lr
+        )
+        return meta_params, moments, before, after, step
     with section("adaptation and gradient"):
         after = with_advantages(after, config.discount, config.gae_lambda)
     meta_params, step = meta_update(  # line 10
         meta_params, before, after, demonstrations, adaptation, config.trust_region, random
     )
-    return meta_params, before, after, step
+    return meta_params, None, before, after, step
