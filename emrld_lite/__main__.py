@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,13 @@ from tqdm import tqdm
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
 from . import demonstrator, plots, reports, runs, storage
+from .config import TrainConfig
 from .envs import make
-from .evaluate import EVALUATION_COLUMNS, adaptation_curve
-from .expert import expert_config
-from .train import Iterate, TrainConfig
-from .validation import InputError, known, positive_count
+from .evaluate import EVALUATION_COLUMNS, LATER_RATE, adaptation_curve
+from .expert import ExpertConfig, expert_config
+from .policy import Params
+from .train import Iterate
+from .validation import InputError, known, positive_count, real_number
 
 DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
 
@@ -36,8 +39,10 @@ def demos(
     seed: int = 0,
     expert_out: Path | None = None,
     threads: int = 1,
+    tasks: int | None = None,
+    noise: float | None = None,
 ) -> None:
-    """Train a goal-conditioned expert and write one demonstration a training task.
+    """Make demonstrations with a goal-conditioned expert, one a task; by default train it anew.
 
     Args:
         env: point2d, two_wheeled, half_cheetah or two_wheeled_drift
@@ -46,21 +51,36 @@ def demos(
         seed: seed of the expert and of the demonstrations
         expert_out: where to keep the expert's policy too, .safetensors
         threads: CPU threads; the same number makes the same bytes
+        tasks: let the workbook's own expert demonstrate so many tasks drawn at random
+        noise: standard deviation of the noise added to each action, in place of the quality's own
     """
     _set_threads(threads, asked=threads)
     config = expert_config(env, seed)
-    demonstrator.recipe(env, quality)
+    chosen = demonstrator.recipe(env, quality)
+    if noise is not None:
+        chosen = replace(chosen, action_noise=real_number("noise", noise, minimum=0.0))
     _refuse_suffix(out, ".npz")
-    with tqdm(total=config.iterations, unit="iteration", desc=f"expert {env} {quality}") as bar:
+    if tasks is None:
+        wanted, expert = make(env).training_tasks(), _train_expert(config, quality)
+    else:
+        if expert_out is not None:
+            raise InputError("expert_out: expected none with --tasks, which trains no expert")
+        wanted = make(env).test_tasks(tasks, np.random.default_rng(seed))
+        expert = demonstrator.load_or_train_expert(env, quality)
+    made = demonstrator.demonstrate(expert, env, wanted, quality, seed, chosen)
+    demonstration_files.save(out, made)
+    if expert_out is not None:
+        demonstrator.save_expert(expert_out, expert, config, quality)
+    print(f"{out}: {len(wanted)} {quality} demonstrations. {made.maker}")
+
+
+def _train_expert(config: ExpertConfig, quality: str) -> Params:
+    """Return the policy of a newly trained expert, with a bar that shows its progress."""
+    with tqdm(total=config.iterations, unit="iteration", desc=f"{config.env} {quality}") as bar:
         for iterate in demonstrator.train_to_quality(config, quality):
             bar.set_postfix_str(f"success {iterate.success:.2f}")
             bar.update()
-    tasks = make(env).training_tasks()
-    made = demonstrator.demonstrate(iterate.params, env, tasks, quality, seed)
-    demonstration_files.save(out, made)
-    if expert_out is not None:
-        demonstrator.save_expert(expert_out, iterate.params, config, quality)
-    print(f"{out}: {len(tasks)} {quality} demonstrations. {made.maker}")
+    return iterate.params
 
 
 def train(
@@ -107,6 +127,8 @@ def evaluate(
     episodes: int = 20,
     seed: int = 0,
     demos: str | None = None,
+    later_rate: float = LATER_RATE,
+    threads: int = 1,
 ) -> None:
     """Adapt a stored meta-policy to unseen tasks, one demonstration each, fresh rollouts a step.
 
@@ -118,7 +140,10 @@ def evaluate(
         episodes: episodes a task and step
         seed: seed of the tasks and of every draw
         demos: a demonstration file with test tasks; by default the workbook's expert makes them
+        later_rate: length of the steps after the first, which training knows, in units of the first
+        threads: CPU threads
     """
+    _set_threads(threads, asked=threads)
     _refuse_suffix(out, ".csv")
     positive_count("tasks", tasks)
     stored = runs.load_run(run)
@@ -126,7 +151,7 @@ def evaluate(
     quality = demonstration_files.find(stored.config.demos, stored.config.env).quality
     if demos is None:
         random = np.random.default_rng(positive_count("seed", seed, minimum=0))
-        unseen = environment.sample_tasks(tasks, random)
+        unseen = environment.test_tasks(tasks, random)
         expert = demonstrator.load_or_train_expert(stored.config.env, quality)
         demonstrations = demonstrator.demonstrate(expert, stored.config.env, unseen, quality, seed)
     else:
@@ -141,6 +166,7 @@ def evaluate(
         torch.Generator().manual_seed(seed),
         stored.config.discount,
         stored.config.gae_lambda,
+        later_rate,
     )
     storage.write_csv(out, EVALUATION_COLUMNS, reports.evaluation_rows(demonstrations.tasks, curve))
     reports.print_evaluation(stored, curve, demonstrations.tasks)

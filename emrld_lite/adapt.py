@@ -9,10 +9,11 @@ import torch
 
 from .demonstrations import Demonstrations
 from .losses import bc_loss, rl_loss
-from .policy import Params, detach, per_task, take_params
+from .policy import Params, detach, has_task_axis, per_task, take_params
 from .rollout import Rollout, take
 from .validation import InputError, known, real_number
 
+LARGEST = 1e6  # of a parameter with which a policy can act: its outputs then fit into float32
 TASKS_AT_ONCE = 4  # measured: enough work for the cores, small enough for their caches
 
 
@@ -130,6 +131,26 @@ def _adapt(
     start = warm_start(params, demonstrations, adaptation, keep_graph)
     start = per_task(start, len(rollout.rewards))
     return gradient_step(loss, start, adaptation.adapt_lr, keep_graph)
+
+
+def usable(task_params: Params, fallback: Params) -> tuple[Params, int]:
+    """Return policies that can act, and for how many tasks that is the ``fallback``.
+
+    A task whose step led to a parameter that is not finite, or beyond LARGEST, keeps the policy that
+    the step began with: one set for all tasks, or one a task.
+    """
+    if not has_task_axis(task_params):
+        return task_params, 0
+    sizes = [value.abs().flatten(1).amax(-1) for value in task_params.values()]  # (task,) each
+    good = torch.stack(sizes).amax(0) <= LARGEST  # (task,); False where not a number
+    if good.all():
+        return task_params, 0
+    tasks = len(good)
+    kept = {
+        name: torch.where(good.reshape(tasks, *(1,) * (value.dim() - 1)), task_params[name], value)
+        for name, value in per_task(fallback, tasks).items()
+    }
+    return kept, int((~good).sum())
 
 
 def task_chunks(tasks: int) -> list[slice]:

@@ -12,12 +12,13 @@ import numpy as np
 import torch
 
 from . import timing
+from .config import TrainConfig
 from .demonstrator import demonstrate, load_or_train_expert
 from .envs import make
 from .envs.cheetah_body import cheetah_model
 from .envs.half_cheetah import FRAME_SKIP
 from .policy import initialise
-from .train import TrainConfig, iteration_generator, meta_iteration
+from .train import iteration_generator, meta_iteration
 
 try:
     import resource

@@ -8,14 +8,15 @@ from typing import NamedTuple
 
 import torch
 
-from .adapt import Adaptation, adapt, warm_start
+from .adapt import Adaptation, adapt, usable, warm_start
 from .advantage import with_advantages
 from .demonstrations import Demonstrations
 from .envs import Environment
 from .policy import Params, per_task
 from .rollout import Rollout, collect
-from .validation import InputError, positive_count
+from .validation import InputError, positive_count, real_number
 
+LATER_RATE = 0.5
 EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
 
 
@@ -36,25 +37,32 @@ def adaptation_curve(
     random: torch.Generator,
     discount: float = 0.95,
     gae_lambda: float = 1.0,
+    later_rate: float = LATER_RATE,
 ) -> AdaptationCurve:
     """Adapt to each task of ``demonstrations`` by ``steps`` steps and roll out after each.
 
     Every step collects the data it adapts on, as at training time, and is followed by fresh
-    rollouts that only measure. The warm start of EMRLD-WS comes once, before the first step. Each
-    task has its own parameters throughout: nothing leaks from one task into the next.
+    rollouts that only measure. The warm start of EMRLD-WS comes once, before the first step. The
+    meta-policy was trained for one step; those after it are ``later_rate`` times as long, halved by
+    default as in MAML's own evaluation (Finn et al., 2017, appendix A.2). Each task has its own
+    parameters throughout: nothing leaks from one task into the next.
     """
     positive_count("steps", steps, minimum=0)
     positive_count("episodes", episodes)
+    real_number("later_rate", later_rate, minimum=0.0)
+    later = dataclasses.replace(
+        adaptation, warm_start=False, adapt_lr=later_rate * adaptation.adapt_lr
+    )
     tasks = demonstrations.tasks
     policy = per_task(meta_params, len(tasks))
     rollouts = [collect(environment, tasks, policy, episodes, random)]
     policies = [policy]
     for _ in range(steps):
-        start = warm_start(policy, demonstrations, adaptation)
+        start, _ = usable(warm_start(policy, demonstrations, adaptation), policy)
         data = collect(environment, tasks, start, episodes, random)
         data = with_advantages(data, discount, gae_lambda)
-        policy = adapt(policy, data, demonstrations, adaptation)
-        adaptation = dataclasses.replace(adaptation, warm_start=False)
+        policy, _ = usable(adapt(policy, data, demonstrations, adaptation), start)
+        adaptation = later
         rollouts.append(collect(environment, tasks, policy, episodes, random))
         policies.append(policy)
     return AdaptationCurve(rollouts, policies)

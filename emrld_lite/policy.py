@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import torch
 
+LOG_SIGMA_BOUNDS = (math.log(1e-6), math.log(1e6))  # beyond, float32 has no room for the densities
+
 Params = dict[str, torch.Tensor]
 
 
@@ -108,11 +110,14 @@ def linear(features: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor) -> 
 
 
 def distribution(params: Params, states: torch.Tensor) -> Gaussian:
-    """Return pi(. | s) for every state, (task, ..., action) from states (task, ..., state)."""
+    """Return pi(. | s) for every state, (task, ..., action) from states (task, ..., state).
+
+    Sigma is kept between 1e-6 and 1e6, whatever its parameter says.
+    """
     means = mean(params, states)
     if "log_sigma" not in params:
         return Gaussian(means, torch.zeros_like(means))
-    log_sigma = params["log_sigma"]  # (action,) or (task, action)
+    log_sigma = params["log_sigma"].clamp(*LOG_SIGMA_BOUNDS)  # (action,) or (task, action)
     between = (1,) * (means.dim() - 2)
     shape = (-1, *between, log_sigma.shape[-1])
     return Gaussian(means, log_sigma.reshape(shape).expand_as(means))

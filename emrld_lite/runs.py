@@ -17,9 +17,10 @@ import torch
 
 from . import demonstrations as demonstration_files
 from . import storage
+from .config import TrainConfig
 from .policy import Params, initialise
 from .supervised_update import Moments
-from .train import Iterate, Record, TrainConfig, meta_train
+from .train import Iterate, Record, meta_train
 from .trpo import TrustRegion
 from .validation import InputError, shaped
 

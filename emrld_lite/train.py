@@ -4,98 +4,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 import torch
 
-from .adapt import Adaptation, adapt, warm_start
+from .adapt import Adaptation, adapt, usable, warm_start
 from .advantage import with_advantages
-from .algorithms import ALGORITHMS, Algorithm
+from .config import TrainConfig
 from .demonstrations import Demonstrations
-from .envs import ENVIRONMENTS, Environment, make
+from .envs import Environment
 from .meta_update import meta_update
 from .policy import Params, initialise
 from .rollout import Rollout, collect, episode_returns
 from .supervised_update import Moments, supervised_update
 from .timing import section
-from .trpo import Step, TrustRegion
-from .validation import InputError, known, lookup, positive_count, real_number
+from .trpo import Step
+from .validation import InputError
 
-
-@dataclass(frozen=True)
-class TrainConfig:
-    """Everything that decides a run; the defaults are Table 2's. Raises InputError for bad values."""
-
-    env: str = "point2d"
-    """point2d, two_wheeled, half_cheetah or two_wheeled_drift."""
-    algorithm: str = "emrld-ws"
-    """Row of the comparison: emrld, emrld-ws, maml, meta-bc or gmps."""
-    demos: str = "optimal"
-    """optimal, suboptimal, or a demonstration file ending in .npz."""
-    iterations: int = 150
-    """Meta-iterations to run."""
-    seed: int = 0
-    """Seed of the policy's start and of every draw."""
-    episodes: int = 20
-    """Episodes a task, before and again after adaptation (Table 2, adapt batch size)."""
-    discount: float = 0.95
-    """gamma (Table 2)."""
-    gae_lambda: float = 1.0
-    """GAE's lambda, which Table 2 calls tau."""
-    adapt_lr: float = 0.01
-    """alpha, the adaptation's learning rate (Table 2)."""
-    w_rl: float | None = None
-    """Weight of RL in the adaptation; by default the algorithm's and the data's (Table 2)."""
-    w_bc: float | None = None
-    """Weight of cloning in the adaptation; by default the algorithm's (Table 2)."""
-    meta_lr: float = 0.01
-    """Adam's learning rate in the meta-update of meta-bc and gmps (Table 2)."""
-    bc_reduction: str = "mean"
-    """mean over the demonstration's steps (released code) or their sum (paper)."""
-    learn_sigma: bool = True
-    """Whether sigma is learned from 1 on (released code) or stays 1 (paper)."""
-    network_start: str = "biased"
-    """biased (biases and a small last layer) or xavier (released code: zero biases)."""
-    reward: str = "sparse"
-    """sparse (paper) or dense: minus the distance to the goal, for the cheetah its speed everywhere."""
-    step_rule: str = "at-most"
-    """Length of a Point2D step: at-most 0.1 (paper) or exact 0.1 (released code)."""
-    trust_region: TrustRegion = field(default_factory=TrustRegion)
-    """TRPO's step."""
-    stop_at_return: float | None = None
-    """End once the mean return after adaptation reaches this; by default run all iterations."""
-
-    def __post_init__(self) -> None:
-        known("environment", self.env, ENVIRONMENTS)
-        known("algorithm", self.algorithm, ALGORITHMS)
-        positive_count("iterations", self.iterations)
-        positive_count("seed", self.seed, minimum=0)
-        positive_count("episodes", self.episodes)
-        real_number("discount", self.discount, 0.0, 1.0)
-        real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
-        real_number("meta_lr", self.meta_lr, minimum=1e-12)
-        if self.stop_at_return is not None:
-            real_number("stop_at_return", self.stop_at_return)
-        known("network_start", self.network_start, ("biased", "xavier"))
-        self.environment()
-        self.adaptation("optimal")
-
-    def environment(self) -> Environment:
-        """Return the environment of the run."""
-        options = {"step_rule": self.step_rule} if self.env == "point2d" else {}
-        return make(self.env, reward=self.reward, **options)
-
-    def row(self) -> Algorithm:
-        """Return the algorithm's row of the comparison."""
-        return lookup("algorithm", self.algorithm, ALGORITHMS)
-
-    def adaptation(self, quality: str) -> Adaptation:
-        """Return the adaptation for demonstrations of ``quality``."""
-        return self.row().adaptation(
-            quality, self.adapt_lr, self.w_rl, self.w_bc, self.bc_reduction
-        )
+SIGMA_SEEN = (1e-3, 1e3)  # beyond, the curve's note says that sigma has drifted
 
 
 class Record(NamedTuple):
@@ -222,21 +149,34 @@ def meta_iteration(
     """
     tasks = demonstrations.tasks
     with section("rollout"):
-        start = warm_start(meta_params, demonstrations, adaptation)
+        start, _ = usable(warm_start(meta_params, demonstrations, adaptation), meta_params)
         before = collect(environment, tasks, start, config.episodes, random)  # line 6
     with section("adaptation and gradient"):
         before = with_advantages(before, config.discount, config.gae_lambda)
-        task_params = adapt(meta_params, before, demonstrations, adaptation)  # line 7
+        adapted = adapt(meta_params, before, demonstrations, adaptation)  # line 7
+        task_params, undone = usable(adapted, start)
     with section("rollout"):
         after = collect(environment, tasks, task_params, config.episodes, random)  # line 8
     if config.row().meta_update == "bc":
         meta_params, moments, step = supervised_update(
             meta_params, moments, before, after, demonstrations, adaptation, config.meta_lr
         )
-        return meta_params, moments, before, after, step
+        return meta_params, moments, before, after, told(step, undone, meta_params)
     with section("adaptation and gradient"):
         after = with_advantages(after, config.discount, config.gae_lambda)
     meta_params, step = meta_update(  # line 10
         meta_params, before, after, demonstrations, adaptation, config.trust_region, random
     )
-    return meta_params, None, before, after, step
+    return meta_params, None, before, after, told(step, undone, meta_params)
+
+
+def told(step: Step, undone: int, meta_params: Params) -> Step:
+    """Return ``step`` with all that a reader of the curve should know in its note."""
+    notes = [step.note]
+    if undone:
+        notes.append(f"adaptation undone for {undone} tasks: parameters not finite or beyond 1e6")
+    if "log_sigma" in meta_params:
+        sigma = meta_params["log_sigma"].exp()
+        if float(sigma.min()) < SIGMA_SEEN[0] or float(sigma.max()) > SIGMA_SEEN[1]:
+            notes.append(f"sigma has drifted: {float(sigma.min()):.0e} to {float(sigma.max()):.0e}")
+    return step._replace(note="; ".join(note for note in notes if note))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
@@ -16,6 +16,7 @@ from .policy import Gaussian, Params, detach, from_vector, to_vector
 from .timing import section
 from .validation import positive_count, real_number
 
+KL_OF_DIMENSION = 0.01  # nats; the released code's bound is on the mean over dimensions
 Product = Callable[[torch.Tensor], torch.Tensor]
 
 
@@ -23,8 +24,9 @@ Product = Callable[[torch.Tensor], torch.Tensor]
 class TrustRegion:
     """How far and how carefully one step goes; raises InputError for a number that cannot be used."""
 
-    max_kl: float = 0.02
-    """Bound on the mean KL divergence from the old to the new policy, nats (joint action)."""
+    max_kl: float | None = None
+    """Bound on the mean KL divergence from the old to the new policy, nats (joint action); by default
+    0.01 for each dimension of the action, as in the released code."""
     cg_iterations: int = 6
     """Conjugate-gradient iterations at most."""
     damping: float = 0.1
@@ -35,11 +37,17 @@ class TrustRegion:
     """Steps a task, drawn at random, on which the Fisher product is evaluated."""
 
     def __post_init__(self) -> None:
-        real_number("max_kl", self.max_kl, minimum=1e-12)
+        if self.max_kl is not None:
+            real_number("max_kl", self.max_kl, minimum=1e-12)
         real_number("damping", self.damping, minimum=0.0)
         positive_count("cg_iterations", self.cg_iterations)
         positive_count("backtracks", self.backtracks)
         positive_count("fisher_samples", self.fisher_samples)
+
+    def for_actions(self, action_dim: int) -> TrustRegion:
+        """Return the same region with the bound for actions of ``action_dim`` dimensions filled in."""
+        bound = KL_OF_DIMENSION * action_dim if self.max_kl is None else self.max_kl
+        return replace(self, max_kl=bound)
 
 
 class Step(NamedTuple):
@@ -119,8 +127,8 @@ def trpo_step(
     ``surrogate`` and ``gradient`` (parameter,) are the surrogate's at ``params``;
     ``fisher(params)`` returns the policy's outputs on a sample of states, with their weights, in
     the autograd graph; ``surrogate_and_kl(params)`` the exact surrogate and KL on all data. A
-    gradient or a step that
-    is zero or not finite leaves ``params`` as they are, and the record's note says so.
+    gradient or a step that is zero or not finite leaves ``params`` as they are, and the record's
+    note says so.
     """
     if not torch.isfinite(gradient).all():
         return params, Step(0.0, 0, "skipped: the gradient is not finite")
@@ -129,6 +137,7 @@ def trpo_step(
     with section("Fisher and CG"):
         leaves = detach(params, requires_grad=True)
         gaussian, weight = fisher(leaves)
+        region = region.for_actions(gaussian.mean.shape[-1])
         product = fisher_product(gaussian, weight, leaves, region.damping)
         descent = -conjugate_gradient(product, gradient, region.cg_iterations)
         curvature = float(descent @ product(descent))
@@ -147,7 +156,10 @@ def line_search(
     surrogate_and_kl: Callable[[Params], tuple[float, float]],
     region: TrustRegion,
 ) -> tuple[Params, Step]:
-    """Halve ``full_step`` (parameter,) until the surrogate is under ``before`` and the KL in bounds."""
+    """Halve ``full_step`` (parameter,) until the surrogate is under ``before`` and the KL in bounds.
+
+    ``region`` must say its ``max_kl``.
+    """
     start = to_vector(params)
     for halvings in range(region.backtracks):
         trial = from_vector(start + 0.5**halvings * full_step, params)

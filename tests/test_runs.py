@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import meta_update, plots, policy, runs, storage, train
+from emrld_lite import meta_update, plots, policy, runs, storage, trpo
 from emrld_lite.demonstrations import find
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
@@ -27,7 +27,7 @@ from emrld_lite.validation import InputError
 SMALL = TrainConfig(
     iterations=4,
     episodes=3,
-    trust_region=train.TrustRegion(cg_iterations=3, fisher_samples=20),
+    trust_region=trpo.TrustRegion(cg_iterations=3, fisher_samples=20),
 )
 
 
@@ -47,7 +47,7 @@ def test_another_seed_gives_another_run(tmp_path):
     assert without_time(one.curve) != without_time(two.curve)
 
 
-@pytest.mark.parametrize("algorithm", ["emrld", "emrld-ws", "maml"])
+@pytest.mark.parametrize("algorithm", ["emrld", "emrld-ws", "maml", "meta-bc", "gmps"])
 def test_stop_and_resume_gives_the_same_curve_as_no_stop(tmp_path, algorithm):
     whole = dataclasses.replace(SMALL, algorithm=algorithm)
     straight = runs.train_run(whole, tmp_path / "straight")
@@ -59,6 +59,7 @@ def test_stop_and_resume_gives_the_same_curve_as_no_stop(tmp_path, algorithm):
     )
     stored = runs.load_run(tmp_path / "stopped")
     assert without_time(stored.curve) == without_time(straight.curve)
+    assert (stored.moments is None) == (algorithm not in ("meta-bc", "gmps"))
 
 
 def test_a_run_folder_says_how_it_was_made(tmp_path):

@@ -65,6 +65,10 @@ class Environment(ABC):
     def sample_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
         """Return ``count`` tasks from the test distribution, (task, task_dim)."""
 
+    def test_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
+        """Return ``count`` tasks to test on, (task, task_dim): drawn from the test distribution."""
+        return self.sample_tasks(count, random)
+
     @abstractmethod
     def check_tasks(self, tasks: torch.Tensor) -> torch.Tensor:
         """Return ``tasks`` if they belong to this environment; otherwise raise InputError."""

@@ -93,6 +93,11 @@ class HalfCheetahForwardBackward(Environment):
         drawn = random.choice([-1.0, 1.0], (positive_count("tasks", count), 1))
         return torch.tensor(drawn, dtype=torch.float32)
 
+    def test_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
+        """Return both directions in turn, (count, 1), so that neither is missed."""
+        signs = [1.0, -1.0] * positive_count("tasks", count)
+        return torch.tensor(signs[:count])[:, None]
+
     def check_tasks(self, tasks: torch.Tensor) -> torch.Tensor:
         """Return directions (task, 1) unless one is neither +1 nor -1."""
         shaped("HalfCheetah directions", tasks, ("task", 1))
