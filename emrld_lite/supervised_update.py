@@ -62,7 +62,7 @@ def cloning_gradient(
     """
     total = {name: torch.zeros_like(value) for name, value in meta_params.items()}
     tasks = len(before.rewards)
-    for part in task_chunks(tasks):
+    for part in task_chunks(tasks, before.rewards[0].numel()):
         leaves = detach(meta_params, requires_grad=True)
         data = demonstrations.take(part)
         task_params = adapt(leaves, pack(take(before, part)), data, adaptation, keep_graph=True)
@@ -109,7 +109,7 @@ def adapted_kl(
 ) -> float:
     """Return the mean KL from the policies adapted from ``old`` to those from ``new``, nats."""
     total = 0.0
-    for part in task_chunks(len(before.rewards)):
+    for part in task_chunks(len(before.rewards), before.rewards[0].numel()):
         data = (pack(take(before, part)), demonstrations.take(part), adaptation)
         seen = pack(take(after, part))
         policies = [distribution(adapt(params, *data), seen.states) for params in (old, new)]

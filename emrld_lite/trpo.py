@@ -27,13 +27,13 @@ class TrustRegion:
     max_kl: float | None = None
     """Bound on the mean KL divergence from the old to the new policy, nats (joint action); by default
     0.01 for each dimension of the action, as in the released code."""
-    cg_iterations: int = 6
+    cg_iterations: int = 10
     """Conjugate-gradient iterations at most."""
     damping: float = 0.1
     """Multiple of the identity added to the Fisher matrix, against the noise of its samples."""
     backtracks: int = 15
     """Halvings of the step before it is given up."""
-    fisher_samples: int = 50
+    fisher_samples: int = 200
     """Steps a task, drawn at random, on which the Fisher product is evaluated."""
 
     def __post_init__(self) -> None:
