@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +16,10 @@ from tqdm import tqdm
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
 from . import demonstrator, plots, reports, runs, storage
+from . import figures as paper_figures
 from .config import TrainConfig
 from .envs import make
-from .evaluate import EVALUATION_COLUMNS, LATER_RATE, adaptation_curve
+from .evaluate import EVALUATION_COLUMNS, LATER_RATE, evaluate_run, unseen_demonstrations
 from .expert import ExpertConfig, expert_config
 from .policy import Params
 from .train import Iterate
@@ -147,27 +149,13 @@ def evaluate(
     _refuse_suffix(out, ".csv")
     positive_count("tasks", tasks)
     stored = runs.load_run(run)
-    environment = stored.config.environment()
-    quality = demonstration_files.find(stored.config.demos, stored.config.env).quality
+    env = stored.config.env
     if demos is None:
-        random = np.random.default_rng(positive_count("seed", seed, minimum=0))
-        unseen = environment.test_tasks(tasks, random)
-        expert = demonstrator.load_or_train_expert(stored.config.env, quality)
-        demonstrations = demonstrator.demonstrate(expert, stored.config.env, unseen, quality, seed)
+        quality = demonstration_files.find(stored.config.demos, env).quality
+        demonstrations = unseen_demonstrations(env, quality, tasks, seed)
     else:
-        demonstrations = demonstration_files.load(Path(demos), stored.config.env)
-    curve = adaptation_curve(
-        environment,
-        stored.meta_params,
-        demonstrations,
-        stored.config.adaptation(quality),
-        steps,
-        episodes,
-        torch.Generator().manual_seed(seed),
-        stored.config.discount,
-        stored.config.gae_lambda,
-        later_rate,
-    )
+        demonstrations = demonstration_files.load(Path(demos), env)
+    curve = evaluate_run(stored, demonstrations, steps, episodes, seed, later_rate)
     storage.write_csv(out, EVALUATION_COLUMNS, reports.evaluation_rows(demonstrations.tasks, curve))
     reports.print_evaluation(stored, curve, demonstrations.tasks)
     print(f"{out}: every task and step")
@@ -191,16 +179,21 @@ def bench(
 
 
 def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
-    """Draw the figures of the stored runs as PNG and SVG.
+    """Draw the paper's Figs. 3, 4 and 5 from the stored runs, as PNG and SVG.
 
     Args:
         out: folder for the figures
         runs_folder: folder of the stored runs, named like point2d-optimal-emrld-seed0
     """
     plots.use_style()
-    figure = plots.point2d_results(runs_folder)
-    for suffix in ("png", "svg"):
-        path = out / f"point2d-optimal.{suffix}"
+    torch.set_num_threads(1)
+    drawn = {
+        "fig-3-optimal": paper_figures.results(runs_folder, "optimal"),
+        "fig-4-suboptimal": paper_figures.results(runs_folder, "suboptimal"),
+        "fig-5-trajectories": paper_figures.trajectories(runs_folder),
+    }
+    for (name, figure), suffix in itertools.product(drawn.items(), ("png", "svg")):
+        path = out / f"{name}.{suffix}"
         content = io.BytesIO()
         figure.savefig(content, format=suffix, metadata={"Date": None} if suffix == "svg" else None)
         storage.write_atomically(path, content.getvalue())

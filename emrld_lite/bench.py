@@ -13,10 +13,10 @@ import torch
 
 from . import timing
 from .config import TrainConfig
-from .demonstrator import demonstrate, load_or_train_expert
-from .envs import make
+from .envs import ENVIRONMENTS, make
 from .envs.cheetah_body import cheetah_model
 from .envs.half_cheetah import FRAME_SKIP
+from .evaluate import unseen_demonstrations
 from .policy import initialise
 from .train import iteration_generator, meta_iteration
 
@@ -40,17 +40,14 @@ class Cost(NamedTuple):
     peak_megabytes: float | None
 
 
-def measure(tasks: int, iterations: int, seed: int = 0) -> Cost:
-    """Time meta-iterations of EMRLD-WS on Point2D from an untrained policy.
+def measure(tasks: int, iterations: int, seed: int = 0, env: str = "point2d") -> Cost:
+    """Time meta-iterations of EMRLD-WS from an untrained policy.
 
-    Episodes run their full 100 steps there; the dense reward makes every part of the update work.
+    Its episodes run their full 100 steps; the dense reward makes every part of the update work.
     """
-    config = TrainConfig(algorithm="emrld-ws", seed=seed)
-    environment = make("point2d", reward="dense")
-    goals = environment.sample_tasks(tasks, np.random.default_rng(seed))
-    demonstrations = demonstrate(
-        load_or_train_expert("point2d", "optimal"), "point2d", goals, "optimal", seed
-    )
+    config = TrainConfig(env=env, algorithm="emrld-ws", seed=seed)
+    environment = make(env, reward="dense")
+    demonstrations = unseen_demonstrations(env, "optimal", tasks, seed)
     start = initialise(environment.state_dim, environment.action_dim, seed)
     whole, parts, steps = [], [], 0.0
     for iteration in range(iterations + 1):
@@ -90,15 +87,18 @@ def peak_megabytes() -> float | None:
 
 
 def report(iterations: int, tasks: tuple[int, ...]) -> None:
-    """Print the costs for each number of tasks, in growing order."""
-    print(f"EMRLD-WS on Point2D, {torch.get_num_threads()} threads, {iterations} iterations a row;")
-    print("medians; 20 episodes of 100 steps a task, before and again after adaptation\n")
-    heads = ("tasks", "seconds", "(range)", *PARTS, "steps/s", "peak MB", "s/task")
+    """Print the costs of each environment at its training size, then Point2D's for numbers of tasks."""
+    print(f"EMRLD-WS, {torch.get_num_threads()} threads, {iterations} iterations a row; medians;")
+    print("20 episodes of 100 steps a task, before and again after adaptation\n")
+    heads = ("environment", "tasks", "seconds", "(range)", *PARTS, "steps/s", "peak MB", "s/task")
     print("  ".join(f"{head:>{max(9, len(head))}}" for head in heads))
-    for count in sorted(tasks):
-        cost = measure(count, iterations)
+    sizes = [(env, len(make(env).training_tasks())) for env in ENVIRONMENTS]
+    grown = [("point2d", count) for count in sorted(tasks)]
+    for env, count in sizes + grown:
+        cost = measure(count, iterations, env=env)
         peak = "unknown" if cost.peak_megabytes is None else f"{cost.peak_megabytes:.0f}"
         cells = (
+            env.replace("two_wheeled", "2wheeled"),
             str(count),
             f"{cost.seconds:.3f}",
             f"{cost.fastest:.2f}-{cost.slowest:.2f}",
@@ -147,11 +147,20 @@ def cheetah_rate(episodes: int = 200, seed: int = 0) -> SteppingRate:
 
 
 def report_cheetah(repeats: int = 5) -> None:
-    """Print the environment's stepping rate against bare MuJoCo's, measured in turn."""
+    """Print the environment's rate against bare MuJoCo's, in turn, and a whole iteration's cost in it."""
     rates = [cheetah_rate(seed=repeat) for repeat in range(repeats)]
     shares = sorted(rate.ours / rate.bare for rate in rates)
     print(
         f"half_cheetah, one thread: {statistics.median(rate.ours for rate in rates):,.0f} control "
         f"steps/s, {statistics.median(shares):.0%} of bare mj_step's rate "
         f"({shares[0]:.0%} to {shares[-1]:.0%} over {repeats} runs)"
+    )
+    torch.set_num_threads(1)
+    ratios = []
+    for repeat in range(3):
+        bare, cost = cheetah_rate(seed=repeat).bare, measure(10, 1, env="half_cheetah")
+        ratios.append(cost.seconds / (2 * 10 * 20 * 100 / bare))
+    print(
+        f"a whole meta-iteration of half_cheetah, one thread: {statistics.median(ratios):.2f} times the "
+        f"seconds bare mj_step needs for its steps ({min(ratios):.2f} to {max(ratios):.2f})"
     )

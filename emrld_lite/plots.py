@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import torch
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from .algorithms import ALGORITHMS
@@ -19,10 +17,7 @@ from .envs.drawing import GOAL_COLOUR, round_goal
 from .envs.point2d import NEAR
 from .envs.two_wheeled import DRIFT_GOAL
 from .envs.two_wheeled import NEAR as WHEELED_NEAR
-from .evaluate import EVALUATION_COLUMNS
 from .rollout import Rollout
-from .runs import load_run
-from .storage import read_csv
 from .train import Record
 
 # Okabe and Ito's colour-blind safe palette; one colour, line and marker an algorithm everywhere
@@ -30,6 +25,8 @@ LOOKS = {
     "emrld": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
     "emrld-ws": {"color": "#D55E00", "linestyle": "--", "marker": "s"},
     "maml": {"color": "#009E73", "linestyle": ":", "marker": "^"},
+    "meta-bc": {"color": "#CC79A7", "linestyle": "-.", "marker": "D"},
+    "gmps": {"color": "#56B4E9", "linestyle": (0, (1, 1, 4, 1)), "marker": "v"},
 }
 DEMONSTRATION_COLOUR = "#333333"
 STYLE = {
@@ -94,7 +91,7 @@ def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes
             steps, returns.min(0), returns.max(0), color=LOOKS[algorithm]["color"], alpha=0.15
         )
     axes.set_xlabel("adaptation steps")
-    axes.set_ylabel("mean return on unseen goals")
+    axes.set_ylabel("mean return, unseen tasks")
     axes.set_xticks(range(returns.shape[1]))
     axes.legend(loc="best")
 
@@ -167,44 +164,21 @@ def all_demonstrations(data: Demonstrations, axes: Axes) -> None:
         axes.set(xlabel="time (s)", ylabel="x of the torso (m)")
         return
     goals = data.tasks if data.tasks.shape[1] == 2 else torch.tensor([DRIFT_GOAL])
-    radius = NEAR if data.environment == "point2d" else WHEELED_NEAR
+    goal_discs(axes, goals, NEAR if data.environment == "point2d" else WHEELED_NEAR)
+
+
+def wheeled_arena(axes: Axes, goals: torch.Tensor) -> None:
+    """Draw TwoWheeled's start, and each goal (task, 2) with its reward region."""
+    goal_discs(axes, goals, WHEELED_NEAR, alpha=0.08)
+    axes.plot(0, 0, marker="x", color="black", markersize=6)
+    axes.set_ylabel("")
+
+
+def goal_discs(axes: Axes, goals: torch.Tensor, radius: float, alpha: float = 0.2) -> None:
+    """Draw goals (task, 2) as stars in the discs that pay, on an arena of equal axes."""
     for goal in goals.tolist():
-        axes.add_patch(Circle(goal, radius, color=GOAL_COLOUR, alpha=0.2, linewidth=0, zorder=0))
+        axes.add_patch(Circle(goal, radius, color=GOAL_COLOUR, alpha=alpha, linewidth=0, zorder=0))
         axes.plot(*goal, marker="*", color="black", markersize=5, linestyle="none")
     axes.set_aspect("equal")
     axes.set(xlim=(-2.6, 2.6), ylim=(-1.0, 2.6), xlabel="x (length units)")
     axes.set_ylabel("y (length units)")
-
-
-def point2d_results(folder: Path) -> Figure:
-    """Draw the stored Point2D runs of ``folder``: training on the left, unseen goals on the right.
-
-    Optimal demonstrations; three seeds. Fig. 3, first column, for the algorithms there are.
-    """
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.6, 3.6))
-    stored = stored_seeds(folder, "point2d-optimal")
-    learning_curves(
-        {name: [load_run(run).curve for run in seeds] for name, seeds in stored.items()}, left
-    )
-    left.set_title("twelve training goals")
-    unseen = {
-        name: [returns_by_step(run / "unseen.csv") for run in seeds]
-        for name, seeds in stored.items()
-    }
-    adaptation_steps(unseen, right)
-    right.set_title("twenty unseen goals")
-    return figure
-
-
-def stored_seeds(folder: Path, prefix: str) -> dict[str, list[Path]]:
-    """Return the run folders of each algorithm, one a seed, for names like prefix-algorithm-seed0."""
-    found = {name: sorted(Path(folder).glob(f"{prefix}-{name}-seed*")) for name in LOOKS}
-    return {name: seeds for name, seeds in found.items() if seeds}
-
-
-def returns_by_step(path: Path) -> list[float]:
-    """Return the mean return over tasks after 0, 1, 2, ... adaptation steps of an evaluation."""
-    rows = read_csv(path, "evaluation", EVALUATION_COLUMNS)
-    steps = sorted({int(row["step"]) for row in rows})
-    by_step = [[float(row["return"]) for row in rows if int(row["step"]) == step] for step in steps]
-    return [float(np.mean(returns)) for returns in by_step]
