@@ -55,7 +55,6 @@ def measure(tasks: int, iterations: int, seed: int = 0, env: str = "point2d") ->
         began = time.perf_counter()
         _, _, before, after, _ = meta_iteration(
             start,
-            None,
             environment,
             demonstrations,
             config.adaptation("optimal"),

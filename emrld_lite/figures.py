@@ -6,13 +6,10 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from . import plots
-from .demonstrations import Demonstrations
 from .evaluate import EVALUATION_COLUMNS, evaluate_run, unseen_demonstrations
-from .rollout import Rollout
 from .runs import load_run
 from .storage import read_csv
 
@@ -90,18 +87,16 @@ def trajectories(folder: Path, seed: int = 0) -> Figure:
         data = unseen_demonstrations("two_wheeled", quality, GOALS_SHOWN)
         stored = stored_seeds(folder, "two_wheeled", quality)
         for axes, name in zip(row, names, strict=True):
+            plots.wheeled_arena(axes, data.tasks)
             axes.set_title(plots.label(name) if quality == "optimal" else "")
+            axes.set_xlabel("" if quality == "optimal" else "x (length units)")
             runs = [run for run in stored.get(name, []) if run.name.endswith(f"-seed{seed}")]
             if runs:
                 rollout = evaluate_run(load_run(runs[0]), data, steps).rollouts[-1]
-                _draw_trajectories(rollout, data, axes, plots.LOOKS[name]["color"])
+                for task in range(GOALS_SHOWN):
+                    colour = plots.LOOKS[name]["color"]
+                    plots.trajectories(rollout, axes, task, 1, color=colour, alpha=0.9)
+            else:
+                axes.text(0.5, 0.1, "no stored run", transform=axes.transAxes, ha="center")
         row[0].set_ylabel(f"{quality} data,\n{steps} step{'s' * (steps > 1)}\ny (length units)")
-    for axes in panels[1]:
-        axes.set_xlabel("x (length units)")
     return figure
-
-
-def _draw_trajectories(rollout: Rollout, data: Demonstrations, axes: Axes, colour: str) -> None:
-    plots.wheeled_arena(axes, data.tasks)
-    for task in range(len(data.tasks)):
-        plots.trajectories(rollout, axes, task, episodes=1, color=colour, alpha=0.9)

@@ -29,7 +29,8 @@ class Record(NamedTuple):
     """One row of ``curve.csv``; returns are means over tasks and episodes, undiscounted.
 
     ``return_before`` is that of D^tr, so of the warm-started policy in EMRLD-WS; ``return_after`` and
-    ``success_after`` are those of D^val.
+    ``success_after`` are those of D^val. ``kl`` is the mean divergence between the old and the new
+    adapted policies, nats: bounded by TRPO, only measured where the meta-update is Adam's.
     """
 
     iteration: int
@@ -89,7 +90,7 @@ def meta_train(
     for iteration in range(len(history), config.iterations):
         random = iteration_generator(config.seed, iteration)
         meta_params, moments, before, after, step = meta_iteration(
-            meta_params, moments, environment, demonstrations, adaptation, config, random
+            meta_params, environment, demonstrations, adaptation, config, random, moments
         )
         meta_params = own_memory(meta_params, order=start, device=device)
         moments = own_moments(moments, order=start, device=device)
@@ -136,12 +137,12 @@ def iteration_generator(seed: int, iteration: int) -> torch.Generator:
 
 def meta_iteration(
     meta_params: Params,
-    moments: Moments | None,
     environment: Environment,
     demonstrations: Demonstrations,
     adaptation: Adaptation,
     config: TrainConfig,
     random: torch.Generator,
+    moments: Moments | None = None,
 ) -> tuple[Params, Moments | None, Rollout, Rollout, Step]:
     """Go once through the body of Algorithm 1.
 

@@ -24,7 +24,7 @@
 # - walk through Algorithm 1 line by line, and train it,
 # - read from one picture what a single gradient step does to a policy.
 #
-# **You need** notebook 01 (Gaussian policy, policy gradient, behaviour cloning). **Time** about 75 minutes, of
+# **You need** notebook 01 (Gaussian policy, policy gradient, behaviour cloning); 05 (MAML) helps. **Time** about 75 minutes, of
 # which the machine computes two to three. **Paper** Section 3 (algorithm, Algorithm 1), Section 4.1 (Point2D) and
 # Table 2 of Rengarajan et al., NeurIPS 2022.
 
@@ -196,13 +196,16 @@ if check.warm_start_step(warm_started_step):
     print("In the package it is the same adapt, with one flag: Adaptation(warm_start=True).")
 
 # %% [markdown]
-# The whole comparison of the paper's algorithms in adaptation is a table, and the code is that table:
+# All five algorithms of the paper's comparison are rows of one table, and the code is that table. EMRLD changes two cells of
+# MAML's row; Meta-BC and GMPS clone in the meta-update (notebook 05 has their story):
 
 # %%
-print(f"{'':10}{'warm start':>12}{'w_rl':>14}{'w_bc':>7}")
+print(f"{'':10}{'warm start':>12}{'w_rl':>10}{'w_bc':>6}{'meta-update':>20}")
 for row in ALGORITHMS.values():
     w_rl = "0.2 or 1" if row.w_rl is None else f"{row.w_rl:g}"
-    print(f"{row.label:10}{'one BC step' if row.warm_start else '-':>12}{w_rl:>14}{row.w_bc:>7g}")
+    start = "one BC step" if row.warm_start else "-"
+    outer = "RL, TRPO" if row.meta_update == "rl" else "cloning, Adam"
+    print(f"{row.label:10}{start:>12}{w_rl:>10}{row.w_bc:>6g}{outer:>20}")
 
 # %% [markdown]
 # ## 3 · The meta-update
@@ -284,7 +287,7 @@ print("meta-gradient and finite differences agree to five digits")
 
 # %% [markdown]
 # **Why is the KL zero at first?** At $\theta = \theta_k$ the new adapted policies *are* the old ones, so the ratio is 1 and the
-# divergence 0. Only its curvature, the Fisher matrix, is not zero, and that is all a TRPO step needs.
+# divergence 0. Only its curvature, the Fisher matrix, is not zero, and that is all a TRPO step needs (notebook 05 takes that step apart).
 #
 # ## 4 · The loop, live
 #

@@ -5,8 +5,12 @@ import subprocess
 import sys
 
 import pytest
+import torch
 
 from emrld_lite.__main__ import main
+from emrld_lite.demonstrations import load
+from emrld_lite.figures import returns_by_step
+from emrld_lite.runs import SHIPPED
 
 FAST = ["--episodes", "2", "--threads", "1"]
 
@@ -35,6 +39,30 @@ def test_train_then_evaluate(tmp_path):
     assert all(0.0 <= float(row["success"]) <= 1.0 for row in rows)
 
 
+def test_demonstrations_of_many_tasks_come_from_the_workbook_s_expert(tmp_path):
+    files = [tmp_path / name for name in ("clean.npz", "noisy.npz", "again.npz")]
+    for path, noise in zip(files, ("0", "0.5", "0.5"), strict=True):
+        main(["demos", "--env", "two_wheeled", "--quality", "optimal", "--tasks", "30",
+              "--noise", noise, "--seed", "4", "--out", str(path)])  # fmt: skip
+    clean, noisy = (load(path, "two_wheeled") for path in files[:2])
+    assert len(clean.tasks) == 30
+    assert torch.equal(clean.tasks, noisy.tasks)
+    assert not torch.equal(clean.actions[:, :, :5], noisy.actions[:, :, :5])
+    assert files[1].read_bytes() == files[2].read_bytes()
+
+
+def test_an_evaluation_says_how_later_steps_went(tmp_path):
+    run_folder = SHIPPED / "point2d-suboptimal-emrld-seed0"
+    tables = {}
+    for rate in ("0.1", "1"):
+        out = tmp_path / f"{rate}.csv"
+        main(["evaluate", "--run", str(run_folder), "--tasks", "5", "--episodes", "5", "--steps",
+              "2", "--later-rate", rate, "--out", str(out)])  # fmt: skip
+        tables[rate] = returns_by_step(out)
+    assert tables["0.1"][1] == tables["1"][1] > 50
+    assert tables["0.1"][2] > tables["1"][2]
+
+
 def test_help_explains_every_command():
     text = run("--help").stdout
     assert all(command in text for command in ("demos", "train", "evaluate", "bench"))
@@ -55,6 +83,38 @@ def test_help_explains_every_command():
         (["evaluate", "--run", "X", "--out", "t.txt"], "ending in .csv"),
         (["demos", "--env", "point2d", "--quality", "good", "--out", "d.npz"], "unknown quality"),
         (["demos", "--env", "point2d", "--quality", "optimal", "--out", "d"], "ending in .npz"),
+        (
+            [
+                "demos",
+                "--env",
+                "point2d",
+                "--quality",
+                "optimal",
+                "--out",
+                "d.npz",
+                "--noise",
+                "-1",
+            ],
+            "noise",
+        ),
+        (
+            [
+                "demos",
+                "--env",
+                "point2d",
+                "--quality",
+                "optimal",
+                "--out",
+                "d.npz",
+                "--tasks",
+                "3",
+                "--expert-out",
+                "e.safetensors",
+            ],
+            "trains no expert",
+        ),
+        (["train", "--algorithm", "gmps", "--meta-lr", "0", "--out", "X"], "meta_lr"),
+        (["train", "--reward", "densse", "--out", "X"], "Did you mean 'dense'"),
         (["bench", "--iterations", "-1"], "iterations"),
     ],
 )

@@ -10,6 +10,7 @@ from .notebook_04 import (
     performance_difference,
     visitation,
 )
+from .notebook_05 import conjugate_gradient, full_step, meta_gradient, supervised_meta_loss
 from .notebook_06 import adaptation_step, surrogate, warm_start_step
 
 __all__ = [
@@ -17,15 +18,19 @@ __all__ = [
     "advantages",
     "assumption_numbers",
     "break_the_substitution",
+    "conjugate_gradient",
     "discounted_returns",
     "episodes_needed",
+    "full_step",
     "likelihood_distance",
     "log_density",
+    "meta_gradient",
     "nearest_distance",
     "performance_difference",
     "point_step",
     "reinforce_loss",
     "steps_before_reward",
+    "supervised_meta_loss",
     "surrogate",
     "visitation",
     "warm_start_step",

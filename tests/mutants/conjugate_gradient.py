@@ -1,0 +1,69 @@
+"""Wrong answers to notebook 05's `conjugate_gradient`; each docstring is the sentence the check must say."""
+
+import torch
+
+
+def _solve(product, target, iterations, beta):
+    solution, residual, direction = torch.zeros_like(target), target.clone(), target.clone()
+    for _ in range(iterations):
+        if not residual.any():
+            break
+        image = product(direction)
+        squared = residual @ residual
+        length = squared / (direction @ image)
+        solution = solution + length * direction
+        updated = residual - length * image
+        direction = updated + beta(updated, residual) * direction
+        residual = updated
+    return solution
+
+
+def steepest_descent(product, target, iterations):
+    """the directions are not conjugate"""
+    return _solve(product, target, iterations, lambda new, old: 0.0)
+
+
+def upside_down(product, target, iterations):
+    """the directions are not conjugate"""
+    return _solve(product, target, iterations, lambda new, old: (old @ old) / (new @ new))
+
+
+def changes_its_input(product, target, iterations):
+    """you changed the target in place"""
+    solution, residual, direction = torch.zeros_like(target), target, target.clone()
+    for _ in range(iterations):
+        image = product(direction)
+        squared = residual @ residual
+        length = squared / (direction @ image)
+        solution = solution + length * direction
+        residual -= length * image
+        direction = residual + (residual @ residual) / squared * direction
+    return solution
+
+
+def fixed_length(product, target, iterations):
+    """the first step is off"""
+    solution = torch.zeros_like(target)
+    for _ in range(iterations):
+        solution = solution + 0.1 * (target - product(solution))
+    return solution
+
+
+def divides_zero_by_zero(product, target, iterations):
+    """Stop when the residual is zero"""
+    solution, residual, direction = torch.zeros_like(target), target.clone(), target.clone()
+    for _ in range(iterations):
+        image = product(direction)
+        squared = residual @ residual
+        length = squared / (direction @ image)
+        solution = solution + length * direction
+        residual = residual - length * image
+        direction = residual + (residual @ residual) / squared * direction
+    return solution
+
+
+def asks_too_often(product, target, iterations):
+    """3 iterations need 3 products"""
+    for _ in range(iterations):
+        product(target)
+    return _solve(product, target, iterations, lambda new, old: (new @ new) / (old @ old))

@@ -1,0 +1,23 @@
+"""Wrong answers to notebook 05's `full_step`; each docstring is the sentence the check must say."""
+
+import torch
+
+
+def no_two(direction, product, max_kl):
+    """there is a factor of 2 under the root"""
+    return torch.sqrt(max_kl / (direction @ product(direction))) * direction
+
+
+def no_root(direction, product, max_kl):
+    """the root is missing"""
+    return 2 * max_kl / (direction @ product(direction)) * direction
+
+
+def backwards(direction, product, max_kl):
+    """the step points backwards"""
+    return -torch.sqrt(2 * max_kl / (direction @ product(direction))) * direction
+
+
+def plain_length(direction, product, max_kl):
+    """that is a length in parameters"""
+    return (2 * max_kl) ** 0.5 * direction / direction.norm()
