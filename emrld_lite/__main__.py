@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import itertools
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -15,22 +13,28 @@ from tqdm import tqdm
 
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
-from . import demonstrator, plots, reports, runs, storage
+from . import demonstrator, reports, runs, storage
 from . import figures as paper_figures
 from .config import TrainConfig
 from .envs import make
-from .evaluate import EVALUATION_COLUMNS, LATER_RATE, evaluate_run, unseen_demonstrations
+from .evaluate import (
+    EVALUATION_COLUMNS,
+    LATER_RATE,
+    evaluate_run,
+    evaluation_rows,
+    unseen_demonstrations,
+)
 from .expert import ExpertConfig, expert_config
+from .grid import load_grid
 from .policy import Params
 from .train import Iterate
-from .validation import InputError, known, positive_count, real_number
+from .validation import InputError, ends_in, positive_count, real_number, usable_device
 
 DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
 
 demos makes demonstrations, train meta-trains on them and stores the run, evaluate adapts a stored
-run to unseen tasks, figures draws the stored runs, bench measures the cost. Every command explains
-its options with --help."""
-DEVICES = ("cpu", "cuda")
+run to unseen tasks, sweep makes the runs of a grid, figures draws the stored runs, bench measures
+the cost. Every command explains its options with --help."""
 INTERRUPTED = 130  # the shell's exit code for Ctrl-C
 
 
@@ -61,7 +65,7 @@ def demos(
     chosen = demonstrator.recipe(env, quality)
     if noise is not None:
         chosen = replace(chosen, action_noise=real_number("noise", noise, minimum=0.0))
-    _refuse_suffix(out, ".npz")
+    ends_in("out", out, ".npz")
     if tasks is None:
         wanted, expert = make(env).training_tasks(), _train_expert(config, quality)
     else:
@@ -102,7 +106,7 @@ def train(
         device: cpu or cuda
     """
     _set_threads(threads or (runs.stored_threads(out) if resume else None), asked=threads)
-    _check_device(device)
+    usable_device(device)
     last: Iterate | None = None
     with tqdm(total=config.iterations, unit="iteration", desc=config.algorithm) as bar:
 
@@ -146,7 +150,7 @@ def evaluate(
         threads: CPU threads
     """
     _set_threads(threads, asked=threads)
-    _refuse_suffix(out, ".csv")
+    ends_in("out", out, ".csv")
     positive_count("tasks", tasks)
     stored = runs.load_run(run)
     env = stored.config.env
@@ -156,7 +160,7 @@ def evaluate(
     else:
         demonstrations = demonstration_files.load(Path(demos), env)
     curve = evaluate_run(stored, demonstrations, steps, episodes, seed, later_rate)
-    storage.write_csv(out, EVALUATION_COLUMNS, reports.evaluation_rows(demonstrations.tasks, curve))
+    storage.write_csv(out, EVALUATION_COLUMNS, evaluation_rows(demonstrations.tasks, curve))
     reports.print_evaluation(stored, curve, demonstrations.tasks)
     print(f"{out}: every task and step")
 
@@ -185,37 +189,40 @@ def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
         out: folder for the figures
         runs_folder: folder of the stored runs, named like point2d-optimal-emrld-seed0
     """
-    plots.use_style()
     torch.set_num_threads(1)
-    drawn = {
-        "fig-3-optimal": paper_figures.results(runs_folder, "optimal"),
-        "fig-4-suboptimal": paper_figures.results(runs_folder, "suboptimal"),
-        "fig-5-trajectories": paper_figures.trajectories(runs_folder),
-    }
-    for (name, figure), suffix in itertools.product(drawn.items(), ("png", "svg")):
-        path = out / f"{name}.{suffix}"
-        content = io.BytesIO()
-        figure.savefig(content, format=suffix, metadata={"Date": None} if suffix == "svg" else None)
-        storage.write_atomically(path, content.getvalue())
+    for path in paper_figures.draw(runs_folder, out):
         print(path)
 
 
+def sweep(
+    grid: tyro.conf.Positional[Path],
+    out: Path = runs.SHIPPED,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> None:
+    """Make every run of a grid that is not there yet, on local workers or a running Dask scheduler.
+
+    Args:
+        grid: TOML file of [[runs]] blocks; an option of train is a value or a list of values
+        out: folder for the runs
+        workers: local worker processes, by default one a core
+        scheduler: address of a running Dask scheduler, such as tcp://host:8786
+    """
+    from .sweep import sweep as make_runs  # Dask is only needed here  # noqa: PLC0415
+
+    outcome = make_runs(load_grid(grid), out, workers, scheduler)
+    print(f"{out}: {len(outcome.made)} runs made, {len(outcome.kept)} were there already")
+    for name, error in outcome.failed.items():
+        print(f"failed: {name}: {error}", file=sys.stderr)
+    if outcome.failed:
+        sys.exit(1)
+
+
 def _set_threads(threads: int | None, asked: int | None) -> None:
-    """Use ``threads``, or as many as are fastest; a number ``asked`` for that is no count is refused."""
+    """Use ``threads``, or as many as are fastest; refuse a number ``asked`` for that is no count."""
     if asked is not None:
         positive_count("threads", asked)
     torch.set_num_threads(threads or runs.choose_threads())
-
-
-def _check_device(device: str) -> None:
-    known("device", device, DEVICES)
-    if device == "cuda" and not torch.cuda.is_available():
-        raise InputError("device: expected cpu, since torch finds no CUDA device here; got 'cuda'")
-
-
-def _refuse_suffix(path: Path, suffix: str) -> None:
-    if path.suffix != suffix:
-        raise InputError(f"out: expected a file name ending in {suffix}, got {str(path)!r}")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -224,6 +231,7 @@ def main(arguments: list[str] | None = None) -> None:
         "demos": demos,
         "train": train,
         "evaluate": evaluate,
+        "sweep": sweep,
         "figures": figures,
         "bench": bench,
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,12 +12,13 @@ import torch
 
 from .adapt import Adaptation, adapt, usable, warm_start
 from .advantage import with_advantages
-from .demonstrations import Demonstrations
+from .demonstrations import Demonstrations, find
 from .demonstrator import demonstrate, load_or_train_expert
 from .envs import Environment, make
 from .policy import Params, per_task
-from .rollout import Rollout, collect
+from .rollout import Rollout, collect, episode_returns
 from .runs import Run
+from .storage import write_csv
 from .validation import InputError, positive_count, real_number
 
 LATER_RATE = 0.1  # measured: at 1 the second step undoes the first, at 0.1 it refines it
@@ -100,6 +102,29 @@ def unseen_demonstrations(env: str, quality: str, tasks: int, seed: int = 0) -> 
     random = np.random.default_rng(positive_count("seed", seed, minimum=0))
     unseen = make(env).test_tasks(tasks, random)
     return demonstrate(load_or_train_expert(env, quality), env, unseen, quality, seed)
+
+
+def write_evaluation(path: Path, run: Run, tasks: int = 20, steps: int = 3) -> AdaptationCurve:
+    """Evaluate a run on unseen tasks of its data's quality, as ``evaluate`` does, and write the table."""
+    quality = find(run.config.demos, run.config.env).quality
+    demonstrations = unseen_demonstrations(run.config.env, quality, tasks)
+    curve = evaluate_run(run, demonstrations, steps)
+    write_csv(path, EVALUATION_COLUMNS, evaluation_rows(demonstrations.tasks, curve))
+    return curve
+
+
+def evaluation_rows(tasks: torch.Tensor, curve: AdaptationCurve) -> list[list[str]]:
+    """Return the rows of the evaluation table, a row a task and step."""
+    rows = []
+    for step, rollout in enumerate(curve.rollouts):
+        returns = episode_returns(rollout).mean(-1)
+        success = rollout.success.float().mean(-1)
+        lengths = steps_to_goal(rollout)
+        for task in range(len(tasks)):
+            numbers = (float(values[task]) for values in (returns, success, lengths))
+            goal = " ".join(repr(value) for value in tasks[task].tolist())
+            rows.append([str(task), goal, str(step), *(repr(number) for number in numbers)])
+    return rows
 
 
 def steps_to_goal(rollout: Rollout) -> torch.Tensor:

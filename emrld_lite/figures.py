@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import itertools
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -11,7 +13,7 @@ from matplotlib.figure import Figure
 from . import plots
 from .evaluate import EVALUATION_COLUMNS, evaluate_run, unseen_demonstrations
 from .runs import load_run
-from .storage import read_csv
+from .storage import read_csv, write_atomically
 
 TITLES = {
     "point2d": "Point2D",
@@ -20,6 +22,24 @@ TITLES = {
 }
 STEPS_SHOWN = {"optimal": 1, "suboptimal": 3}  # adaptation steps in Fig. 5
 GOALS_SHOWN = 20
+
+
+def draw(folder: Path, out: Path) -> list[Path]:
+    """Draw every figure from the runs in ``folder`` and write it to ``out`` as PNG and SVG."""
+    plots.use_style()
+    drawn = {
+        "fig-3-optimal": results(folder, "optimal"),
+        "fig-4-suboptimal": results(folder, "suboptimal"),
+        "fig-5-trajectories": trajectories(folder),
+    }
+    paths = []
+    for (name, figure), suffix in itertools.product(drawn.items(), ("png", "svg")):
+        content = io.BytesIO()
+        facts = {"Date": None} if suffix == "svg" else None
+        figure.savefig(content, format=suffix, metadata=facts)
+        paths.append(Path(out) / f"{name}.{suffix}")
+        write_atomically(paths[-1], content.getvalue())
+    return paths
 
 
 def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 
 from .demonstrations import find
-from .evaluate import AdaptationCurve, steps_to_goal
+from .evaluate import AdaptationCurve
 from .rollout import Rollout, episode_returns
 from .runs import Run
 from .train import Iterate
@@ -49,20 +49,6 @@ def table(title: str, tasks: torch.Tensor, before: Rollout, after: Rollout) -> s
 def words(task: torch.Tensor) -> str:
     """Return a task's numbers as text."""
     return "(" + ", ".join(f"{value:.2f}" for value in task.tolist()) + ")"
-
-
-def evaluation_rows(tasks: torch.Tensor, curve: AdaptationCurve) -> list[list[str]]:
-    """Return the rows of the evaluation table, a row a task and step."""
-    rows = []
-    for step, rollout in enumerate(curve.rollouts):
-        returns = episode_returns(rollout).mean(-1)
-        success = rollout.success.float().mean(-1)
-        lengths = steps_to_goal(rollout)
-        for task in range(len(tasks)):
-            numbers = (float(values[task]) for values in (returns, success, lengths))
-            goal = " ".join(repr(value) for value in tasks[task].tolist())
-            rows.append([str(task), goal, str(step), *(repr(number) for number in numbers)])
-    return rows
 
 
 def print_evaluation(stored: Run, curve: AdaptationCurve, tasks: torch.Tensor) -> None:

@@ -45,17 +45,19 @@ def train_run(
     resume: bool = False,
     device: str = "cpu",
     on_iteration: Callable[[Iterate], None] = lambda iterate: None,
+    command: str | None = None,
 ) -> Run:
     """Meta-train and keep ``out`` up to date: config.json, curve.csv, policy.safetensors.
 
     A checkpoint is written every CHECKPOINT_EVERY iterations, at the end, and when the run is
     interrupted. With ``resume``, a run that was stopped, even killed, goes on from its last
-    checkpoint to the same curve. Raises InputError when ``out`` already holds a run that was not
+    checkpoint to the same curve. ``command`` is what the provenance says made the run; by default
+    this program's own. Raises InputError when ``out`` already holds a run that was not
     asked to resume, or one of another configuration.
     """
     out = Path(out)
     demonstrations = demonstration_files.find(config.demos, config.env)
-    curve, meta_params, moments = _start(config, out, resume)
+    curve, meta_params, moments = _start(config, out, resume, command)
     latest = Run(config, curve, meta_params, moments)
     try:
         for iterate in meta_train(config, demonstrations, meta_params, curve, device, moments):
@@ -71,14 +73,14 @@ def train_run(
 
 
 def _start(
-    config: TrainConfig, out: Path, resume: bool
+    config: TrainConfig, out: Path, resume: bool, command: str | None
 ) -> tuple[tuple[Record, ...], Params | None, Moments | None]:
     """Prepare ``out``; returns the records, policy and moments to go on from, or nothing and None."""
     if not (out / "config.json").exists():
         if resume:
             raise InputError(f"{out}: nothing to resume: no config.json there")
         storage.write_json(out / "config.json", dataclasses.asdict(config))
-        storage.write_json(out / "provenance.json", provenance())
+        storage.write_json(out / "provenance.json", provenance(command))
         return (), None, None
     if not resume:
         raise InputError(f"{out}: already holds a run; choose another folder, or pass --resume")
@@ -215,8 +217,8 @@ def stored_threads(folder: Path) -> int | None:
     return storage.read_json(path, "provenance").get("threads") if path.exists() else None
 
 
-def provenance() -> dict[str, Any]:
-    """Return what made a run: versions, commit, machine, threads and the command."""
+def provenance(command: str | None = None) -> dict[str, Any]:
+    """Return what made a run: versions, commit, machine, threads and the command (by default this one)."""
     git = subprocess.run(
         ["git", "rev-parse", "HEAD"],
         cwd=Path(__file__).parent,
@@ -230,5 +232,5 @@ def provenance() -> dict[str, Any]:
         "commit": git.stdout.strip() or "unknown",
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "threads": torch.get_num_threads(),
-        "command": " ".join(["python", "-m", "emrld_lite", *sys.argv[1:]]),
+        "command": command or " ".join(["python", "-m", "emrld_lite", *sys.argv[1:]]),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import TypeVar
 
 import torch
@@ -62,3 +63,18 @@ def shaped(field: str, tensor: torch.Tensor, shape: tuple[int | str, ...]) -> to
         first = tuple((~torch.isfinite(tensor)).nonzero()[0].tolist())
         raise InputError(f"{field}: a value that is not finite at index {first}")
     return tensor
+
+
+def ends_in(field: str, path: Path, suffix: str) -> Path:
+    """Return a path whose name ends in ``suffix``; another raises InputError."""
+    if path.suffix != suffix:
+        raise InputError(f"{field}: expected a file name ending in {suffix}, got {str(path)!r}")
+    return path
+
+
+def usable_device(device: str) -> str:
+    """Return ``cpu``, or ``cuda`` where torch finds such a device; anything else raises InputError."""
+    known("device", device, ("cpu", "cuda"))
+    if device == "cuda" and not torch.cuda.is_available():
+        raise InputError("device: expected cpu, since torch finds no CUDA device here; got 'cuda'")
+    return device

@@ -1,0 +1,235 @@
+"""Sweeps with real schedulers and workers on loopback, some of them killed in mid-run."""
+
+import contextlib
+import dataclasses
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+import torch
+
+from emrld_lite import runs
+from emrld_lite.config import TrainConfig
+from emrld_lite.grid import command_of, load_grid
+from emrld_lite.sweep import iterations_done, make_run, partial_folder, sweep
+from emrld_lite.trpo import TrustRegion
+from emrld_lite.validation import InputError
+
+GRID = """
+[[runs]]
+algorithm = ["emrld-ws", "gmps"]
+seed = [0, 1]
+iterations = 40
+episodes = 2
+fisher_samples = 20
+cg_iterations = 2
+"""
+
+
+def written(tmp_path, text=GRID):
+    path = tmp_path / "grid.toml"
+    path.write_text(text)
+    return path
+
+
+def without_time(curve):
+    return [record._replace(seconds=0.0) for record in curve]
+
+
+# --- the grid -----------------------------------------------------------------------------------
+
+
+def test_a_block_is_the_product_of_its_lists(tmp_path):
+    grid = load_grid(written(tmp_path))
+    assert list(grid) == [
+        "point2d-optimal-emrld-ws-seed0",
+        "point2d-optimal-emrld-ws-seed1",
+        "point2d-optimal-gmps-seed0",
+        "point2d-optimal-gmps-seed1",
+    ]
+    expected = TrainConfig(
+        algorithm="gmps",
+        seed=1,
+        iterations=40,
+        episodes=2,
+        trust_region=TrustRegion(fisher_samples=20, cg_iterations=2),
+    )
+    assert grid["point2d-optimal-gmps-seed1"] == expected
+
+
+def test_a_block_names_its_runs_by_their_options(tmp_path):
+    text = '[[runs]]\nname = "w{w_rl}-kl{max_kl}"\nw_rl = [0.2, 1.0]\nmax_kl = 0.5\n'
+    grid = load_grid(written(tmp_path, text))
+    assert list(grid) == ["w0.2-kl0.5", "w1.0-kl0.5"]
+    assert grid["w1.0-kl0.5"].trust_region.max_kl == 0.5
+
+
+def test_the_command_of_a_run_makes_the_same_run(tmp_path):
+    config = TrainConfig(
+        env="two_wheeled",
+        seed=3,
+        learn_sigma=False,
+        w_bc=0.5,
+        trust_region=TrustRegion(damping=0.2),
+    )
+    words = command_of(config, "out").split()
+    flags = {word for word in words if word.startswith("--")}
+    assert flags == {
+        "--env", "--algorithm", "--demos", "--seed", "--iterations", "--no-learn-sigma", "--w-bc",
+        "--damping", "--threads", "--out",
+    }  # fmt: skip
+    small = dataclasses.replace(config, iterations=1, episodes=1)
+    command = [sys.executable, *command_of(small, str(tmp_path / "run")).split()[1:]]
+    subprocess.run(command, check=True, capture_output=True)
+    assert runs.load_config(tmp_path / "run") == small
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("runs = 3", r"\[\[runs\]\] blocks"),
+        ("[[runs]\n", "not TOML"),
+        ("[[runs]]\nalgoritm = 'maml'", "block 1: unknown options: algoritm"),
+        ("[[runs]]\nalgorithm = 'mamml'", "block 1: .*Did you mean 'maml'"),
+        ("[[runs]]\n[[runs]]\n", "block 2: a second run named 'point2d-optimal-emrld-ws-seed0'"),
+        ("[[runs]]\nname = '{wrl}'", "no option 'wrl'"),
+        ("[[runs]]\nname = '../{env}'", "expected a folder's name"),
+    ],
+)
+def test_a_grid_that_cannot_be_run_is_refused_by_block(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        load_grid(written(tmp_path, text))
+
+
+# --- one run ------------------------------------------------------------------------------------
+
+
+def test_a_run_goes_on_where_it_was_left_and_appears_when_it_is_whole(tmp_path):
+    config = load_grid(written(tmp_path))["point2d-optimal-gmps-seed0"]
+    place = tmp_path / "out" / "run"
+    runs.train_run(dataclasses.replace(config, iterations=10), partial_folder(place))
+    assert iterations_done(place, config) == 10
+    make_run(config, str(place))
+    assert [path.name for path in place.parent.iterdir()] == ["run"]
+    straight = runs.train_run(config, tmp_path / "straight")
+    assert without_time(runs.load_run(place).curve) == without_time(straight.curve)
+    assert (place / "unseen.csv").exists()
+
+
+# --- many runs ----------------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def dask(*arguments, waits_for):
+    """Start a Dask program on loopback and wait for a line; yields the process and that line."""
+    command = [sys.executable, "-m", "distributed.cli." + arguments[0], *arguments[1:]]
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
+    try:
+        for line in process.stderr:
+            if found := re.search(waits_for, line):
+                break
+        else:
+            raise AssertionError(f"{command} ended")
+        drain = threading.Thread(target=process.stderr.read, daemon=True)
+        drain.start()
+        yield process, found
+    finally:
+        process.kill()
+        process.wait()
+
+
+def scheduler():
+    return dask("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+                waits_for=r"Scheduler at:\s+(tcp://\S+)")  # fmt: skip
+
+
+def worker(address):
+    return dask("dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
+                "--host", "127.0.0.1", waits_for="Starting established connection")  # fmt: skip
+
+
+def when_some_run_has(out, grid, iterations, then):
+    """In the background: call ``then`` once an unfinished run has so many iterations on disk."""
+
+    def watch():
+        while not any(
+            iterations <= iterations_done(out / name, config) < config.iterations
+            for name, config in grid.items()
+        ):
+            time.sleep(0.02)
+        then()
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    return thread
+
+
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory):
+    """Return the curve of every run of the grid, made without a sweep."""
+    folder = tmp_path_factory.mktemp("straight")
+    torch.set_num_threads(1)
+    grid = load_grid(written(folder))
+    return {name: runs.train_run(config, folder / name).curve for name, config in grid.items()}
+
+
+def assert_whole(out, straight):
+    assert {path.name for path in out.iterdir()} == set(straight)
+    for name, curve in straight.items():
+        assert without_time(runs.load_run(out / name).curve) == without_time(curve)
+        facts = json.loads((out / name / "provenance.json").read_text())
+        assert facts["command"] == command_of(runs.load_config(out / name), f"data/runs/{name}")
+
+
+def test_a_killed_worker_loses_nothing(tmp_path, straight):
+    grid, out = load_grid(written(tmp_path)), tmp_path / "out"
+    with scheduler() as (_, found), worker(found[1]) as (doomed, _), worker(found[1]):
+        killer = when_some_run_has(out, grid, 10, lambda: os.kill(doomed.pid, signal.SIGKILL))
+        outcome = sweep(grid, out, scheduler=found[1])
+        killer.join(timeout=1)
+        assert doomed.poll() == -signal.SIGKILL
+    assert (sorted(outcome.made), outcome.failed) == (sorted(grid), {})
+    assert_whole(out, straight)
+
+
+def test_a_lost_scheduler_is_said_and_the_same_sweep_goes_on(tmp_path, straight):
+    grid, out = load_grid(written(tmp_path)), tmp_path / "out"
+    with scheduler() as (doomed, found), worker(found[1]):
+        when_some_run_has(out, grid, 10, lambda: os.kill(doomed.pid, signal.SIGKILL))
+        with pytest.raises(InputError, match="scheduler was lost"):
+            sweep(grid, out, scheduler=found[1])
+    assert sum(iterations_done(out / name, config) for name, config in grid.items()) >= 10
+    sweep(grid, out, workers=2)
+    assert_whole(out, straight)
+
+
+def test_a_finished_sweep_repeats_nothing(tmp_path):
+    grid, out = load_grid(written(tmp_path)), tmp_path / "out"
+    for name in grid:
+        (out / name).mkdir(parents=True)
+    outcome = sweep(grid, out, scheduler="tcp://127.0.0.1:1")  # would not answer if it were asked
+    assert (outcome.made, outcome.kept) == ([], list(grid))
+
+
+def test_a_scheduler_that_does_not_answer_is_named(tmp_path):
+    with pytest.raises(InputError, match="cannot reach"):
+        sweep(load_grid(written(tmp_path)), tmp_path / "out", scheduler="tcp://127.0.0.1:1")
+
+
+def test_a_run_that_fails_is_named_and_the_others_are_made(tmp_path):
+    text = GRID.replace("iterations = 40", "iterations = 2") + (
+        "[[runs]]\nname = 'broken'\ndemos = 'nowhere.npz'\niterations = 2\n"
+    )
+    grid = load_grid(written(tmp_path, text))
+    outcome = sweep(grid, tmp_path / "out", workers=2)
+    assert len(outcome.made) == 4
+    assert list(outcome.failed) == ["broken"]
+    assert "no such demonstration file" in outcome.failed["broken"]
