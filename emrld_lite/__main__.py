@@ -13,17 +13,11 @@ from tqdm import tqdm
 
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
-from . import demonstrator, reports, runs, storage
+from . import demonstrator, reports, runs
 from . import figures as paper_figures
 from .config import TrainConfig
 from .envs import make
-from .evaluate import (
-    EVALUATION_COLUMNS,
-    LATER_RATE,
-    evaluate_run,
-    evaluation_rows,
-    unseen_demonstrations,
-)
+from .evaluate import LATER_RATE, evaluate_run, testing_demonstrations, write_evaluation
 from .expert import ExpertConfig, expert_config
 from .grid import load_grid
 from .policy import Params
@@ -153,14 +147,12 @@ def evaluate(
     ends_in("out", out, ".csv")
     positive_count("tasks", tasks)
     stored = runs.load_run(run)
-    env = stored.config.env
     if demos is None:
-        quality = demonstration_files.find(stored.config.demos, env).quality
-        demonstrations = unseen_demonstrations(env, quality, tasks, seed)
+        demonstrations = testing_demonstrations(stored, tasks, seed)
     else:
-        demonstrations = demonstration_files.load(Path(demos), env)
+        demonstrations = demonstration_files.load(Path(demos), stored.config.env)
     curve = evaluate_run(stored, demonstrations, steps, episodes, seed, later_rate)
-    storage.write_csv(out, EVALUATION_COLUMNS, evaluation_rows(demonstrations.tasks, curve))
+    write_evaluation(out, demonstrations, curve)
     reports.print_evaluation(stored, curve, demonstrations.tasks)
     print(f"{out}: every task and step")
 
@@ -183,7 +175,7 @@ def bench(
 
 
 def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
-    """Draw the paper's Figs. 3, 4 and 5 from the stored runs, as PNG and SVG.
+    """Draw the paper's Figs. 3, 4 and 5 from the stored runs, as PNG and SVG, and print their table.
 
     Args:
         out: folder for the figures
@@ -192,6 +184,7 @@ def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
     torch.set_num_threads(1)
     for path in paper_figures.draw(runs_folder, out):
         print(path)
+    print(paper_figures.summary(runs_folder))
 
 
 def sweep(

@@ -104,13 +104,15 @@ def unseen_demonstrations(env: str, quality: str, tasks: int, seed: int = 0) -> 
     return demonstrate(load_or_train_expert(env, quality), env, unseen, quality, seed)
 
 
-def write_evaluation(path: Path, run: Run, tasks: int = 20, steps: int = 3) -> AdaptationCurve:
-    """Evaluate a run on unseen tasks of its data's quality, as ``evaluate`` does, and write the table."""
+def testing_demonstrations(run: Run, tasks: int = 20, seed: int = 0) -> Demonstrations:
+    """Return unseen tasks for a stored run, shown in the quality of the data it was trained on."""
     quality = find(run.config.demos, run.config.env).quality
-    demonstrations = unseen_demonstrations(run.config.env, quality, tasks)
-    curve = evaluate_run(run, demonstrations, steps)
+    return unseen_demonstrations(run.config.env, quality, tasks, seed)
+
+
+def write_evaluation(path: Path, demonstrations: Demonstrations, curve: AdaptationCurve) -> None:
+    """Write an evaluation as a table, a row a task and step."""
     write_csv(path, EVALUATION_COLUMNS, evaluation_rows(demonstrations.tasks, curve))
-    return curve
 
 
 def evaluation_rows(tasks: torch.Tensor, curve: AdaptationCurve) -> list[list[str]]:

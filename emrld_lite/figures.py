@@ -120,3 +120,32 @@ def trajectories(folder: Path, seed: int = 0) -> Figure:
                 axes.text(0.5, 0.1, "no stored run", transform=axes.transAxes, ha="center")
         row[0].set_ylabel(f"{quality} data,\n{steps} step{'s' * (steps > 1)}\ny (length units)")
     return figure
+
+
+def summary(folder: Path) -> str:
+    """Return the unseen tasks' mean returns as a Markdown table: mean over seeds (lowest to highest).
+
+    After one adaptation step on optimal data and three on sub-optimal data, as in Fig. 5.
+    """
+    columns = [(env, quality) for env in TITLES for quality in STEPS_SHOWN]
+    heads = [f"{TITLES[env]}, {quality}" for env, quality in columns]
+    lines = ["| | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
+    stored = [stored_seeds(folder, env, quality) for env, quality in columns]
+    for name in plots.LOOKS:
+        cells = [
+            _cell(runs.get(name, []), STEPS_SHOWN[quality])
+            for runs, (_, quality) in zip(stored, columns, strict=True)
+        ]
+        lines.append(f"| {plots.label(name)} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _cell(runs: list[Path], step: int) -> str:
+    """Return one cell of the summary; other numbers of seeds than three are said."""
+    if not runs:
+        return "not run"
+    returns = [returns_by_step(run / "unseen.csv")[step] for run in runs]
+    cell = f"{np.mean(returns):.1f}"
+    if len(runs) > 1:
+        cell += f" ({min(returns):.1f} to {max(returns):.1f})"
+    return cell if len(runs) == 3 else f"{cell}, {len(runs)} seed{'s' * (len(runs) > 1)}"

@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from . import runs
 from .config import TrainConfig
-from .evaluate import write_evaluation
+from .evaluate import evaluate_run, testing_demonstrations, write_evaluation
 from .grid import command_of
 from .validation import InputError, positive_count
 
@@ -56,7 +56,8 @@ def make_run(config: TrainConfig, folder: str) -> str:
             begun = (grown / "config.json").exists()
             command = command_of(config, f"data/runs/{place.name}")
             run = runs.train_run(config, grown, resume=begun, command=command)
-            write_evaluation(grown / "unseen.csv", run)
+            shown = testing_demonstrations(run)
+            write_evaluation(grown / "unseen.csv", shown, evaluate_run(run, shown, steps=3))
             os.replace(grown, place)
         Path(f"{grown}.lock").unlink(missing_ok=True)
     return place.name
