@@ -32,6 +32,8 @@ class Adaptation:
     """alpha, the step length (Table 2)."""
     bc_reduction: str = "mean"
     """"mean" over the demonstration's steps (released code) or their "sum" (paper)."""
+    second_order: bool = True
+    """Whether the meta-gradient sees that the step's own gradient depends on where it is taken."""
 
     def __post_init__(self) -> None:
         real_number("w_rl", self.w_rl, minimum=0.0)
@@ -43,19 +45,23 @@ class Adaptation:
 
 
 def gradient_step(
-    loss: Callable[[Params], torch.Tensor], params: Params, learning_rate: float, keep_graph: bool
+    loss: Callable[[Params], torch.Tensor],
+    params: Params,
+    learning_rate: float,
+    keep_graph: bool,
+    second_order: bool = True,
 ) -> Params:
     """Return params - learning_rate * gradient of ``loss``, for every task at once.
 
     ``loss`` maps ``task_params`` to one number a task, (task,). With ``keep_graph`` the result can
-    be differentiated with respect to ``params``, second-order terms included; without it the
-    result is cut from its history.
+    be differentiated with respect to ``params``, second-order terms included unless they are not
+    wanted; without it the result is cut from its history.
     """
     if not keep_graph:
         params = detach(params, requires_grad=True)
     with torch.enable_grad():
         gradients = torch.autograd.grad(
-            loss(params).sum(), list(params.values()), create_graph=keep_graph
+            loss(params).sum(), list(params.values()), create_graph=keep_graph and second_order
         )
     stepped = {
         name: value - learning_rate * gradient
@@ -81,7 +87,7 @@ def warm_start(
         return bc_loss(task_params, demonstrations, adaptation.bc_reduction)
 
     start = per_task(params, len(demonstrations.tasks))
-    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph)
+    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph, adaptation.second_order)
 
 
 def adapt(
@@ -131,7 +137,7 @@ def _adapt(
 
     start = warm_start(params, demonstrations, adaptation, keep_graph)
     start = per_task(start, len(rollout.rewards))
-    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph)
+    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph, adaptation.second_order)
 
 
 def usable(task_params: Params, fallback: Params) -> tuple[Params, int]:

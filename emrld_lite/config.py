@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .adapt import Adaptation
+from .advantage import with_advantages
 from .algorithms import ALGORITHMS, Algorithm
 from .envs import ENVIRONMENTS, Environment, make
+from .rollout import Rollout
 from .trpo import TrustRegion
 from .validation import known, lookup, positive_count, real_number
 
@@ -41,6 +43,12 @@ class TrainConfig:
     """Adam's learning rate in the meta-update of meta-bc and gmps (Table 2)."""
     bc_reduction: str = "mean"
     """mean over the demonstration's steps (released code) or their sum (paper)."""
+    second_order: bool = True
+    """Whether the meta-gradient goes through the adaptation's gradient (paper) or stops at it."""
+    normalise: bool = True
+    """Whether each task's advantages are scaled to mean 0 and deviation 1."""
+    reward_elsewhere: float = 0.0
+    """What learning sees in place of a reward of zero (released code: 1e-5)."""
     learn_sigma: bool = True
     """Whether sigma is learned from 1 on (released code) or stays 1 (paper)."""
     network_start: str = "biased"
@@ -63,6 +71,7 @@ class TrainConfig:
         real_number("discount", self.discount, 0.0, 1.0)
         real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
+        real_number("reward_elsewhere", self.reward_elsewhere)
         if self.stop_at_return is not None:
             real_number("stop_at_return", self.stop_at_return)
         known("network_start", self.network_start, ("biased", "xavier"))
@@ -80,6 +89,16 @@ class TrainConfig:
 
     def adaptation(self, quality: str) -> Adaptation:
         """Return the adaptation for demonstrations of ``quality``."""
-        return self.row().adaptation(
+        chosen = self.row().adaptation(
             quality, self.adapt_lr, self.w_rl, self.w_bc, self.bc_reduction
         )
+        return replace(chosen, second_order=self.second_order)
+
+    def scored(self, rollout: Rollout) -> Rollout:
+        """Return a rollout with the advantages that this run learns from."""
+        rewards = rollout.rewards
+        if self.reward_elsewhere:
+            unpaid = (rewards == 0.0) * rollout.mask
+            rollout = rollout._replace(rewards=rewards + self.reward_elsewhere * unpaid)
+        scored = with_advantages(rollout, self.discount, self.gae_lambda, self.normalise)
+        return scored._replace(rewards=rewards)

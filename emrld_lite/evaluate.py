@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 import torch
 
 from .adapt import Adaptation, adapt, usable, warm_start
-from .advantage import with_advantages
+from .config import TrainConfig
 from .demonstrations import Demonstrations, find
 from .demonstrator import demonstrate, load_or_train_expert
 from .envs import Environment, make
@@ -40,9 +41,8 @@ def adaptation_curve(
     steps: int,
     episodes: int,
     random: torch.Generator,
-    discount: float = 0.95,
-    gae_lambda: float = 1.0,
     later_rate: float = LATER_RATE,
+    scored: Callable[[Rollout], Rollout] | None = None,
 ) -> AdaptationCurve:
     """Adapt to each task of ``demonstrations`` by ``steps`` steps and roll out after each.
 
@@ -51,7 +51,9 @@ def adaptation_curve(
     meta-policy was trained for one step and has made it long; those after it use ``later_rate``
     times its learning rate (MAML's own evaluation halves it: Finn et al., 2017, appendix A.2).
     Each task has its own parameters throughout: nothing leaks from one task into the next.
+    ``scored`` estimates the advantages, by default as Table 2 says.
     """
+    scored = scored or TrainConfig().scored
     positive_count("steps", steps, minimum=0)
     positive_count("episodes", episodes)
     real_number("later_rate", later_rate, minimum=0.0)
@@ -65,8 +67,7 @@ def adaptation_curve(
     for _ in range(steps):
         start, _ = usable(warm_start(policy, demonstrations, adaptation), policy)
         data = collect(environment, tasks, start, episodes, random)
-        data = with_advantages(data, discount, gae_lambda)
-        policy, _ = usable(adapt(policy, data, demonstrations, adaptation), start)
+        policy, _ = usable(adapt(policy, scored(data), demonstrations, adaptation), start)
         adaptation = later
         rollouts.append(collect(environment, tasks, policy, episodes, random))
         policies.append(policy)
@@ -91,9 +92,8 @@ def evaluate_run(
         steps,
         episodes,
         torch.Generator().manual_seed(positive_count("seed", seed, minimum=0)),
-        config.discount,
-        config.gae_lambda,
         later_rate,
+        config.scored,
     )
 
 

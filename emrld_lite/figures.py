@@ -91,7 +91,9 @@ def results(folder: Path, quality: str) -> Figure:
             axes.get_legend().remove()
     for axes in panels[:, 1:].flat:
         axes.set_ylabel("")
-    figure.legend(named.values(), named.keys(), loc="outside upper center", ncols=len(named))
+    names = [plots.label(name) for name in plots.LOOKS if plots.label(name) in named]
+    lines = [named[name] for name in names]
+    figure.legend(lines, names, loc="outside upper center", ncols=len(plots.LOOKS))
     return figure
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import torch
 
 from .adapt import Adaptation, adapt, usable, warm_start
-from .advantage import with_advantages
 from .config import TrainConfig
 from .demonstrations import Demonstrations
 from .envs import Environment
@@ -153,7 +152,7 @@ def meta_iteration(
         start, _ = usable(warm_start(meta_params, demonstrations, adaptation), meta_params)
         before = collect(environment, tasks, start, config.episodes, random)  # line 6
     with section("adaptation and gradient"):
-        before = with_advantages(before, config.discount, config.gae_lambda)
+        before = config.scored(before)
         adapted = adapt(meta_params, before, demonstrations, adaptation)  # line 7
         task_params, undone = usable(adapted, start)
     with section("rollout"):
@@ -164,7 +163,7 @@ def meta_iteration(
         )
         return meta_params, moments, before, after, told(step, undone, meta_params)
     with section("adaptation and gradient"):
-        after = with_advantages(after, config.discount, config.gae_lambda)
+        after = config.scored(after)
     meta_params, step = meta_update(  # line 10
         meta_params, before, after, demonstrations, adaptation, config.trust_region, random
     )

@@ -35,6 +35,8 @@ class TrustRegion:
     """Halvings of the step before it is given up."""
     fisher_samples: int = 200
     """Steps a task, drawn at random, on which the Fisher product is evaluated."""
+    aliased_cg: bool = False
+    """Whether residual and first direction share memory, the released code's slip."""
 
     def __post_init__(self) -> None:
         if self.max_kl is not None:
@@ -78,6 +80,29 @@ def conjugate_gradient(
         length = squared / (direction @ image)
         solution = solution + length * direction
         residual = residual - length * image
+        previous, squared = squared, residual @ residual
+        direction = residual + (squared / previous) * direction
+    return solution
+
+
+def aliased_conjugate_gradient(
+    product: Product, target: torch.Tensor, iterations: int
+) -> torch.Tensor:
+    """Return what conjugate gradient gives when residual and first direction are one tensor.
+
+    The released code's slip, kept as a switch to measure what it costs: the first update of the
+    residual changes the direction too, and the directions are never conjugate after it.
+    """
+    solution, residual = torch.zeros_like(target), target.clone()
+    direction = residual
+    squared = residual @ residual
+    for _ in range(iterations):
+        if squared == 0.0:
+            break
+        image = product(direction)
+        length = squared / (direction @ image)
+        solution += length * direction
+        residual -= length * image
         previous, squared = squared, residual @ residual
         direction = residual + (squared / previous) * direction
     return solution
@@ -139,7 +164,8 @@ def trpo_step(
         gaussian, weight = fisher(leaves)
         region = region.for_actions(gaussian.mean.shape[-1])
         product = fisher_product(gaussian, weight, leaves, region.damping)
-        descent = -conjugate_gradient(product, gradient, region.cg_iterations)
+        solve = aliased_conjugate_gradient if region.aliased_cg else conjugate_gradient
+        descent = -solve(product, gradient, region.cg_iterations)
         curvature = float(descent @ product(descent))
     if not math.isfinite(curvature) or curvature <= 0.0:
         return params, Step(0.0, 0, f"skipped: the curvature along the step is {curvature:.2g}")

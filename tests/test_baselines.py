@@ -279,3 +279,24 @@ def test_a_robot_that_leaves_its_arena_stops_there():
     rollout = collect(fast, tasks * torch.tensor([-1.0, 1.0]), straight, 2, torch.Generator())
     lengths = rollout.mask.sum(-1)
     assert (lengths == np.ceil(2.5 / 0.11)).all()  # 0.22 units a second, half a second a step
+
+
+# --- the switches of the ledger -------------------------------------------------------------------
+
+
+def test_a_tiny_reward_everywhere_gives_advantages_of_full_size_and_changes_no_return():
+    rollout = random_rollout(0)._replace(rewards=torch.zeros_like(random_rollout(0).rewards))
+    nothing = TrainConfig().scored(rollout)
+    tiny = TrainConfig(reward_elsewhere=1e-5).scored(rollout)
+    assert float(nothing.advantages.abs().max()) == 0.0
+    assert float(tiny.advantages.abs().max()) > 0.5  # normalisation blows up what the baseline left
+    assert float(episode_returns(tiny).abs().max()) == 0.0
+
+
+def test_advantages_without_normalisation_keep_their_size():
+    rollout = random_rollout(0)
+    raw = TrainConfig(normalise=False).scored(rollout).advantages
+    tenfold = rollout._replace(rewards=10 * rollout.rewards)
+    larger = TrainConfig(normalise=False).scored(tenfold).advantages
+    torch.testing.assert_close(larger, 10 * raw)
+    assert not torch.allclose(TrainConfig().scored(rollout).advantages, raw)

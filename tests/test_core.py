@@ -261,6 +261,19 @@ def test_meta_gradient_equals_finite_differences(rule):
         assert float(piece.gradient @ direction) == pytest.approx(slope, rel=1e-5)
 
 
+@pytest.mark.parametrize("rule", [EMRLD, EMRLD_WS, MAML], ids=["emrld", "emrld-ws", "maml"])
+def test_first_order_gradient_is_the_tasks_own_at_their_adapted_policies(rule):
+    params = random_params(0)
+    data = TaskData(random_rollout(2), random_rollout(3), random_demonstrations(1))
+    first = dataclasses.replace(rule, second_order=False)
+    piece = surrogate_and_gradient(params, data, first)
+    task_params = policy.detach(adapt(params, data.before, data.demonstrations, rule), True)
+    loss = losses.rl_loss(task_params, data.after).sum()  # the surrogate's gradient at ratio one
+    parts = torch.autograd.grad(loss, list(task_params.values()))
+    expected = torch.cat([part.sum(0).flatten() for part in parts])
+    torch.testing.assert_close(piece.gradient, expected)
+
+
 def test_meta_gradient_has_second_order_terms():
     params = random_params(0)
     data = TaskData(random_rollout(2), random_rollout(3), random_demonstrations(1))
@@ -325,6 +338,20 @@ def test_conjugate_directions_are_conjugate():
     gram = directions @ matrix @ directions.T
     off = gram - torch.diag(gram.diagonal())
     assert float(off.abs().max() / gram.diagonal().max()) < 1e-6
+
+
+def test_the_aliased_solver_takes_the_first_step_and_then_goes_astray():
+    matrix, target = spd_matrix(0, size=12, condition=1e3), torch.ones(12, dtype=torch.float64)
+
+    def both(iterations):
+        solvers = (trpo.conjugate_gradient, trpo.aliased_conjugate_gradient)
+        return [solve(lambda vector: matrix @ vector, target, iterations) for solve in solvers]
+
+    torch.testing.assert_close(*both(1))
+    exact = torch.linalg.solve(matrix, target)
+    right, astray = ((found - exact).norm() for found in both(40))
+    assert right < 1e-3 * exact.norm() < astray
+    assert torch.equal(target, torch.ones(12, dtype=torch.float64))
 
 
 def test_conjugate_gradient_of_zero_is_zero():

@@ -257,6 +257,10 @@ def test_demonstrations_of_another_environment_are_refused():
         {"step_rule": "exact"},
         {"w_bc": 0.0},
         {"network_start": "xavier"},
+        {"second_order": False},
+        {"normalise": False},
+        {"reward_elsewhere": 1e-5},
+        {"trust_region": trpo.TrustRegion(cg_iterations=3, fisher_samples=20, aliased_cg=True)},
     ],
     ids=str,
 )
