@@ -84,10 +84,8 @@ def _start(
         return (), None, None
     if not resume:
         raise InputError(f"{out}: already holds a run; choose another folder, or pass --resume")
-    stored = load_config(out)
-    changed = [name for name in _names(config) if getattr(config, name) != getattr(stored, name)]
-    changed = [name for name in changed if name not in ("iterations", "stop_at_return")]
-    if changed:
+    changed = differences(config, load_config(out))
+    if changed := [name for name in changed if name not in ("iterations", "stop_at_return")]:
         raise InputError(f"{out}: cannot resume with other settings: {', '.join(changed)} differ")
     storage.write_json(out / "config.json", dataclasses.asdict(config))
     if not (out / "policy.safetensors").exists():
@@ -183,6 +181,16 @@ def _check_policy(
         raise InputError(f"{path}: expected tensors {sorted(expected)}, got {sorted(tensors)}")
     for name, value in expected.items():
         shaped(f"{path}: {name}", tensors[name], tuple(value.shape))
+
+
+def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
+    """Return the names of the settings in which two runs differ; TRPO's bound counts as it acts."""
+    dim = one.environment().action_dim
+    one, other = (
+        dataclasses.replace(config, trust_region=config.trust_region.for_actions(dim))
+        for config in (one, other)
+    )
+    return [name for name in _names(one) if getattr(one, name) != getattr(other, name)]
 
 
 def _names(config: TrainConfig) -> list[str]:

@@ -73,10 +73,17 @@ def sweep(
 
     On a local cluster of ``workers`` processes (by default one a core), or on the running Dask
     scheduler at the address ``scheduler``, whose workers must see the same files. Raises
-    InputError when that scheduler cannot be reached or is lost; the same call then goes on.
+    InputError when that scheduler cannot be reached or is lost (the same call then goes on), and
+    before any run when a folder holds a run with other settings than the grid's.
     """
     out = Path(out).resolve()
     kept = [name for name in grid if (out / name).exists()]
+    for name in kept:
+        if changed := runs.differences(grid[name], runs.load_config(out / name)):
+            raise InputError(
+                f"{out / name}: holds a run with other settings: {', '.join(changed)} differ; "
+                "move it away, or change the grid"
+            )
     missing = {name: config for name, config in grid.items() if name not in kept}
     if not missing:
         return Outcome([], kept, {})

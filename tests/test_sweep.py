@@ -14,7 +14,7 @@ import time
 import pytest
 import torch
 
-from emrld_lite import runs
+from emrld_lite import runs, storage
 from emrld_lite.config import TrainConfig
 from emrld_lite.grid import command_of, load_grid
 from emrld_lite.sweep import iterations_done, make_run, partial_folder, sweep
@@ -213,10 +213,25 @@ def test_a_lost_scheduler_is_said_and_the_same_sweep_goes_on(tmp_path, straight)
 
 def test_a_finished_sweep_repeats_nothing(tmp_path):
     grid, out = load_grid(written(tmp_path)), tmp_path / "out"
-    for name in grid:
-        (out / name).mkdir(parents=True)
+    for name, config in grid.items():
+        storage.write_json(out / name / "config.json", dataclasses.asdict(config))
     outcome = sweep(grid, out, scheduler="tcp://127.0.0.1:1")  # would not answer if it were asked
     assert (outcome.made, outcome.kept) == ([], list(grid))
+
+
+def test_a_run_of_other_settings_is_not_taken_for_one_of_the_grid(tmp_path):
+    grid, out = load_grid(written(tmp_path)), tmp_path / "out"
+    name, config = next(iter(grid.items()))
+    other = dataclasses.replace(config, w_rl=0.7, episodes=3)
+    storage.write_json(out / name / "config.json", dataclasses.asdict(other))
+    with pytest.raises(InputError, match=r"seed0: holds .* episodes, w_rl differ"):
+        sweep(grid, out)
+
+
+def test_the_shipped_grids_can_be_run():
+    shipped = sorted((runs.SHIPPED.parent / "grids").glob("*.toml"))
+    assert shipped
+    assert all(load_grid(path) for path in shipped)
 
 
 def test_a_scheduler_that_does_not_answer_is_named(tmp_path):
