@@ -184,12 +184,18 @@ def _check_policy(
 
 
 def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
-    """Return the names of the settings in which two runs differ; TRPO's bound counts as it acts."""
+    """Return the names of the settings in which two runs differ.
+
+    TRPO's bound counts as it acts, and its region only where TRPO makes the meta-update.
+    """
     dim = one.environment().action_dim
-    one, other = (
-        dataclasses.replace(config, trust_region=config.trust_region.for_actions(dim))
-        for config in (one, other)
-    )
+
+    def as_it_acts(config: TrainConfig) -> TrainConfig:
+        region = config.trust_region.for_actions(dim)
+        unused = config.row().meta_update == "bc"
+        return dataclasses.replace(config, trust_region=TrustRegion() if unused else region)
+
+    one, other = as_it_acts(one), as_it_acts(other)
     return [name for name in _names(one) if getattr(one, name) != getattr(other, name)]
 
 

@@ -228,6 +228,15 @@ def test_a_run_of_other_settings_is_not_taken_for_one_of_the_grid(tmp_path):
         sweep(grid, out)
 
 
+def test_trpo_s_settings_count_as_they_act():
+    stated = TrainConfig(trust_region=TrustRegion(max_kl=0.02))
+    assert runs.differences(TrainConfig(), stated) == []
+    cheetah = dataclasses.replace(stated, env="half_cheetah")  # there the default is 0.06
+    assert runs.differences(TrainConfig(env="half_cheetah"), cheetah) == ["trust_region"]
+    cloning = TrainConfig(algorithm="gmps")
+    assert runs.differences(cloning, dataclasses.replace(stated, algorithm="gmps")) == []
+
+
 def test_the_shipped_grids_can_be_run():
     shipped = sorted((runs.SHIPPED.parent / "grids").glob("*.toml"))
     assert shipped
