@@ -343,10 +343,10 @@ def conjugate_gradient(product, target, iterations):
 
 # %%
 clock.at("the meta-update in three parts")
+matrix = torch.diag(torch.logspace(0, 4, 30, dtype=torch.float64))  # condition number 10,000
+target = draw(30)
+exact = torch.linalg.solve(matrix, target)
 if check.conjugate_gradient(conjugate_gradient):
-    matrix = torch.diag(torch.logspace(0, 4, 30, dtype=torch.float64))  # condition number 10,000
-    target = draw(30)
-    exact = torch.linalg.solve(matrix, target)
     for solver in (conjugate_gradient, trpo.conjugate_gradient):
         found = solver(lambda vector: matrix @ vector, target, 200)
         assert (found - exact).norm() < 1e-3 * exact.norm()
