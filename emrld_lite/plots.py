@@ -62,11 +62,13 @@ def learning_curves(curves: Mapping[str, Sequence[Sequence[Record]]], axes: Axes
 
     ``curves`` maps an algorithm to one sequence of records a seed. Fig. 3 and 4, top row.
     """
+    lowest = 0.0
     for algorithm, seeds in curves.items():
         shortest = min(len(seed) for seed in seeds)
         returns = np.array([[row.return_after for row in seed[:shortest]] for seed in seeds])
         look = LOOKS[algorithm]
         mean = returns.mean(0)
+        lowest = min(lowest, 1.1 * float(mean.min()))
         axes.plot(mean, label=label(algorithm), markevery=max(1, shortest // 8), **look)
         if len(seeds) > 1:
             axes.fill_between(
@@ -74,7 +76,7 @@ def learning_curves(curves: Mapping[str, Sequence[Sequence[Record]]], axes: Axes
             )
     axes.set_xlabel("meta-iteration")
     axes.set_ylabel("mean return after adaptation")
-    axes.set_ylim(bottom=-2)
+    axes.set_ylim(bottom=min(-2.0, lowest))
     axes.legend(loc="best")
 
 

@@ -1,0 +1,135 @@
+"""The stored runs say what the README, the ledger and the notebooks say of them (Section 4.1)."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from emrld_lite import figures, runs
+from emrld_lite.__main__ import main
+
+OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
+STEPS = {"optimal": 1, "suboptimal": 3}  # at which the paper looks: Fig. 5
+
+
+def unseen(env, quality, algorithm, step):
+    """Return the mean return on unseen tasks after ``step`` adaptation steps, a number a seed."""
+    folders = figures.stored_seeds(runs.SHIPPED, env, quality)[algorithm]
+    return np.array([figures.returns_by_step(folder / "unseen.csv")[step] for folder in folders])
+
+
+def rows_of(folder):
+    with (folder / "unseen.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("env", ["two_wheeled", "half_cheetah"])
+@pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
+def test_every_algorithm_has_three_seeds(env, quality):
+    stored = figures.stored_seeds(runs.SHIPPED, env, quality)
+    assert {name: len(seeds) for name, seeds in stored.items()} == dict.fromkeys(
+        OURS + BASELINES, 3
+    )
+
+
+@pytest.mark.parametrize("algorithm", OURS)
+def test_two_wheeled_with_optimal_data_earns_seventy(algorithm):
+    assert unseen("two_wheeled", "optimal", algorithm, step=1).mean() >= 70
+
+
+def test_two_wheeled_with_suboptimal_data_earns_fifty_after_three_steps():
+    means = [unseen("two_wheeled", "suboptimal", name, step=3).mean() for name in OURS]
+    assert max(means) >= 50
+
+
+def test_the_cheetah_with_optimal_data_earns_140_running_the_right_way():
+    assert unseen("half_cheetah", "optimal", "emrld-ws", step=1).mean() >= 140
+    for folder in figures.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["emrld-ws"]:
+        assert len(runs.load_run(folder).curve) <= 250
+        for direction in ("1.0", "-1.0"):
+            after = [r for r in rows_of(folder) if r["step"] == "1" and r["goal"] == direction]
+            assert np.mean([float(row["return"]) for row in after]) > 0
+            assert np.mean([float(row["success"]) for row in after]) > 0.9
+
+
+@pytest.mark.parametrize("env", ["two_wheeled", "half_cheetah"])
+@pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
+def test_both_variants_are_ahead_of_every_baseline(env, quality):
+    step = STEPS[quality]
+    ours = [unseen(env, quality, name, step).mean() for name in OURS]
+    theirs = [unseen(env, quality, name, step).mean() for name in BASELINES]
+    assert min(ours) > max(theirs)
+
+
+def largest_fall(folder):
+    """Return how far ten iterations' mean return falls below its best so far, as a share of its best."""
+    returns = [row.return_after for row in runs.load_run(folder).curve]
+    smooth = np.convolve(returns, np.ones(10) / 10, "valid")
+    return float((np.maximum.accumulate(smooth) - smooth).max() / smooth.max())
+
+
+@pytest.mark.parametrize("env", ["point2d", "two_wheeled", "half_cheetah"])
+@pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
+def test_emrld_improves_nearly_monotonically(env, quality):
+    stored = figures.stored_seeds(runs.SHIPPED, env, quality)
+    ours = [folder for name in OURS for folder in stored.get(name, [])]
+    assert ours
+    assert max(largest_fall(folder) for folder in ours) < 0.15
+
+
+@pytest.mark.parametrize("env", ["point2d", "two_wheeled"])
+def test_meta_bc_is_unstable(env):
+    folder = figures.stored_seeds(runs.SHIPPED, env, "optimal")["meta-bc"][0]
+    assert largest_fall(folder) > 0.3
+    assert max(row.kl for row in runs.load_run(folder).curve) > 1.0  # TRPO allows 0.02
+
+
+def test_meta_bc_works_with_plentiful_data():
+    for env in ("point2d", "two_wheeled"):
+        plenty = figures.returns_by_step(runs.SHIPPED / f"{env}-plentiful-meta-bc-seed0/unseen.csv")
+        few = unseen(env, "optimal", "meta-bc", step=1)
+        assert plenty[1] > max(50, 1.4 * few.max())
+
+
+def test_maml_solves_point2d_with_a_dense_reward():
+    curve = runs.load_run(runs.SHIPPED / "point2d-dense-maml-seed0").curve
+    assert curve[0].return_after < -150
+    assert np.mean([row.return_after for row in curve[-10:]]) > -45  # a straight walk: about -20
+
+
+@pytest.mark.parametrize("env", ["point2d", "two_wheeled"])
+@pytest.mark.parametrize("algorithm", ["meta-bc", "gmps"])
+def test_no_learning_rate_rescues_the_supervised_baselines(env, algorithm):
+    folders = [
+        f"{env}-optimal-{algorithm}{lr}-seed0" for lr in ("", "-lr0.001", "-lr0.003", "-lr0.03")
+    ]
+    ends = [runs.load_run(runs.SHIPPED / folder).curve[-10:] for folder in folders]
+    assert max(np.mean([row.return_after for row in end]) for end in ends) < 50
+
+
+def test_every_figure_is_drawn_from_the_stored_runs(tmp_path):
+    main(["figures", "--out", str(tmp_path)])
+    names = {path.name for path in tmp_path.iterdir()}
+    stems = ("fig-3-optimal", "fig-4-suboptimal", "fig-5-trajectories")
+    assert names == {f"{stem}.{suffix}" for stem in stems for suffix in ("png", "svg")}
+
+
+def test_the_readme_has_the_table_of_the_stored_runs():
+    readme = (runs.SHIPPED.parent.parent / "README.md").read_text()
+    assert figures.summary(runs.SHIPPED) in readme
+
+
+def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():
+    figure = figures.results(runs.SHIPPED, "optimal")
+    top, bottom = figure.axes[1], figure.axes[4]  # TwoWheeled
+    assert (top.get_title(), top.get_xlabel()) == ("TwoWheeled", "meta-iteration")
+    assert bottom.get_xlabel() == "adaptation steps"
+    lines = {line.get_label(): line.get_ydata() for line in bottom.get_lines()}
+    expected = [unseen("two_wheeled", "optimal", "emrld-ws", step).mean() for step in range(4)]
+    assert lines["EMRLD-WS"] == pytest.approx(expected)
+    assert len(figure.legends[0].get_texts()) == 5
+
+
+def test_a_folder_without_runs_says_so(tmp_path):
+    figure = figures.results(tmp_path, "optimal")
+    assert [axes.texts[0].get_text() for axes in figure.axes[:3]] == ["no stored runs"] * 3
