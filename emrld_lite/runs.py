@@ -99,9 +99,7 @@ def save_checkpoint(out: Path, run: Run) -> None:
     storage.write_csv(Path(out) / "curve.csv", Record._fields, [_cells(row) for row in run.curve])
     facts = {"iterations": str(len(run.curve)), "environment": run.config.env}
     tensors = dict(run.meta_params)
-    if (
-        run.moments is not None
-    ):  # in the same file, so that policy and memory always belong together
+    if run.moments is not None:  # in the same file: policy and memory always belong together
         facts["adam_step"] = str(run.moments.step)
         for prefix, part in zip(ADAM_PREFIXES, (run.moments.mean, run.moments.square), strict=True):
             tensors |= {prefix + name: value for name, value in part.items()}

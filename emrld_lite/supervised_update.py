@@ -43,11 +43,11 @@ def supervised_update(
     loss_gradient = cloning_gradient(meta_params, before, demonstrations, adaptation)
     if not all(torch.isfinite(part).all() for part in loss_gradient.values()):
         return meta_params, moments, Step(0.0, 0, "skipped: the gradient is not finite")
-    stepped, moments = adam_step(meta_params, loss_gradient, moments, learning_rate)
+    stepped, remembered = adam_step(meta_params, loss_gradient, moments, learning_rate)
     if not all(torch.isfinite(value).all() for value in stepped.values()):
-        return meta_params, None, Step(0.0, 0, "skipped: Adam's step is not finite")
+        return meta_params, moments, Step(0.0, 0, "skipped: Adam's step is not finite")
     kl = adapted_kl(meta_params, stepped, before, after, demonstrations, adaptation)
-    return stepped, moments, Step(kl, 0, "")
+    return stepped, remembered, Step(kl, 0, "")
 
 
 def cloning_gradient(

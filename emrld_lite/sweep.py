@@ -109,7 +109,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
         with client:
             yield client
         return
-    count = positive_count("workers", workers or os.cpu_count() or 1)
+    count = positive_count("workers", (os.cpu_count() or 1) if workers is None else workers)
     with (
         LocalCluster(
             n_workers=count, threads_per_worker=1, dashboard_address=None, memory_limit=0

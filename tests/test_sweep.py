@@ -257,3 +257,8 @@ def test_a_run_that_fails_is_named_and_the_others_are_made(tmp_path):
     assert len(outcome.made) == 4
     assert list(outcome.failed) == ["broken"]
     assert "no such demonstration file" in outcome.failed["broken"]
+
+
+def test_no_workers_are_refused(tmp_path):
+    with pytest.raises(InputError, match="workers"):
+        sweep(load_grid(written(tmp_path)), tmp_path / "out", workers=0)
