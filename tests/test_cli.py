@@ -12,6 +12,7 @@ from emrld_lite.demonstrations import load
 from emrld_lite.figures import returns_by_step
 from emrld_lite.runs import SHIPPED
 
+OPTIMAL = ["demos", "--env", "point2d", "--quality", "optimal"]
 FAST = ["--episodes", "2", "--threads", "1"]
 
 
@@ -83,36 +84,8 @@ def test_help_explains_every_command():
         (["evaluate", "--run", "X", "--out", "t.txt"], "ending in .csv"),
         (["demos", "--env", "point2d", "--quality", "good", "--out", "d.npz"], "unknown quality"),
         (["demos", "--env", "point2d", "--quality", "optimal", "--out", "d"], "ending in .npz"),
-        (
-            [
-                "demos",
-                "--env",
-                "point2d",
-                "--quality",
-                "optimal",
-                "--out",
-                "d.npz",
-                "--noise",
-                "-1",
-            ],
-            "noise",
-        ),
-        (
-            [
-                "demos",
-                "--env",
-                "point2d",
-                "--quality",
-                "optimal",
-                "--out",
-                "d.npz",
-                "--tasks",
-                "3",
-                "--expert-out",
-                "e.safetensors",
-            ],
-            "trains no expert",
-        ),
+        ([*OPTIMAL, "--out", "d.npz", "--noise", "-1"], "noise"),
+        ([*OPTIMAL, "--out", "d.npz", "--tasks", "3", "--expert-out", "e"], "trains no expert"),
         (["train", "--algorithm", "gmps", "--meta-lr", "0", "--out", "X"], "meta_lr"),
         (["train", "--reward", "densse", "--out", "X"], "Did you mean 'dense'"),
         (["bench", "--iterations", "-1"], "iterations"),
