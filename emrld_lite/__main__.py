@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
-from . import demonstrator, reports, runs
+from . import demonstrator, machine, reports, runs
 from . import figures as paper_figures
 from .config import TrainConfig
 from .envs import make
@@ -99,7 +99,7 @@ def train(
         threads: CPU threads; by default those of the resumed run, else 2 where that is faster than 1
         device: cpu or cuda
     """
-    _set_threads(threads or (runs.stored_threads(out) if resume else None), asked=threads)
+    _set_threads(threads or (machine.stored_threads(out) if resume else None), asked=threads)
     usable_device(device)
     last: Iterate | None = None
     with tqdm(total=config.iterations, unit="iteration", desc=config.algorithm) as bar:
@@ -215,7 +215,7 @@ def _set_threads(threads: int | None, asked: int | None) -> None:
     """Use ``threads``, or as many as are fastest; refuse a number ``asked`` for that is no count."""
     if asked is not None:
         positive_count("threads", asked)
-    torch.set_num_threads(threads or runs.choose_threads())
+    torch.set_num_threads(threads or machine.choose_threads())
 
 
 def main(arguments: list[str] | None = None) -> None:

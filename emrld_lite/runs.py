@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import os
-import platform
-import subprocess
-import sys
-import time
 from collections.abc import Callable
-from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import torch
+from typing import NamedTuple
 
 from . import demonstrations as demonstration_files
 from . import storage
 from .config import TrainConfig
+from .machine import provenance
 from .policy import Params, initialise
 from .supervised_update import Moments
 from .train import Iterate, Record, meta_train
@@ -26,7 +19,6 @@ from .validation import InputError, shaped
 
 CHECKPOINT_EVERY = 10  # iterations
 ADAM_PREFIXES = ("adam_mean.", "adam_square.")  # of Adam's tensors in policy.safetensors
-PACKAGES = ("torch", "numpy", "gymnasium")
 SHIPPED = Path(__file__).resolve().parent.parent / "data" / "runs"
 
 
@@ -199,50 +191,3 @@ def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
 
 def _names(config: TrainConfig) -> list[str]:
     return [entry.name for entry in dataclasses.fields(config)]
-
-
-def choose_threads() -> int:
-    """Return 2 if two torch threads are faster than one right now, else 1.
-
-    On a quiet machine two threads are faster; while another process holds a core they wait for each
-    other at every operation and are slower than one. A little work of the losses' kind tells.
-    """
-    if (os.cpu_count() or 1) < 2:
-        return 1
-    seconds = {}
-    left, right = torch.ones(12, 500, 100), torch.ones(12, 100, 100)
-    before = torch.get_num_threads()
-    for threads in (1, 2):
-        torch.set_num_threads(threads)
-        torch.relu(left @ right)
-        started = time.perf_counter()
-        for _ in range(30):
-            torch.relu(left @ right)
-        seconds[threads] = time.perf_counter() - started
-    torch.set_num_threads(before)
-    return 2 if seconds[2] < 0.8 * seconds[1] else 1
-
-
-def stored_threads(folder: Path) -> int | None:
-    """Return the number of threads that a run was made with; None where it was not written down."""
-    path = Path(folder) / "provenance.json"
-    return storage.read_json(path, "provenance").get("threads") if path.exists() else None
-
-
-def provenance(command: str | None = None) -> dict[str, Any]:
-    """Return what made a run: versions, commit, machine, threads and the command (by default this one)."""
-    git = subprocess.run(
-        ["git", "rev-parse", "HEAD"],
-        cwd=Path(__file__).parent,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return {
-        "versions": {name: metadata.version(name) for name in PACKAGES}
-        | {"python": platform.python_version()},
-        "commit": git.stdout.strip() or "unknown",
-        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
-        "threads": torch.get_num_threads(),
-        "command": command or " ".join(["python", "-m", "emrld_lite", *sys.argv[1:]]),
-    }

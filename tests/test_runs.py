@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import figures, meta_update, policy, runs, storage, trpo
+from emrld_lite import figures, machine, meta_update, policy, runs, storage, trpo
 from emrld_lite.demonstrations import find
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
@@ -66,7 +66,8 @@ def test_a_run_folder_says_how_it_was_made(tmp_path):
     runs.train_run(SMALL, tmp_path / "run")
     assert json.loads((tmp_path / "run/config.json").read_text())["algorithm"] == "emrld-ws"
     facts = json.loads((tmp_path / "run/provenance.json").read_text())
-    assert {"versions", "commit", "machine", "threads", "command"} <= set(facts)
+    assert {"versions", "commit", "machine", "processor", "threads", "command"} <= set(facts)
+    assert facts["processor"] == machine.processor()
     header = (tmp_path / "run/curve.csv").read_text().splitlines()[0]
     assert header == (
         "iteration,seconds,env_steps,return_before,return_after,success_after,kl,backtracks,note"
@@ -90,10 +91,10 @@ def test_a_run_is_not_overwritten_and_not_resumed_with_other_settings(tmp_path):
 
 
 def test_threads_are_chosen_and_remembered(tmp_path):
-    assert runs.choose_threads() in (1, 2)
+    assert machine.choose_threads() in (1, 2)
     runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
-    assert runs.stored_threads(tmp_path / "run") == torch.get_num_threads()
-    assert runs.stored_threads(tmp_path / "none") is None
+    assert machine.stored_threads(tmp_path / "run") == torch.get_num_threads()
+    assert machine.stored_threads(tmp_path / "none") is None
 
 
 def test_ctrl_c_leaves_a_whole_run_that_resumes(tmp_path):

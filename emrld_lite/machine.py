@@ -1,0 +1,81 @@
+"""The machine: how many threads pay, what decides a sum's last bits, and what made a run."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+import time
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from . import storage
+
+PACKAGES = ("torch", "numpy", "gymnasium")
+
+
+def choose_threads() -> int:
+    """Return 2 if two torch threads are faster than one right now, else 1.
+
+    On a quiet machine two threads are faster; while another process holds a core they wait for each
+    other at every operation and are slower than one. A little work of the losses' kind tells.
+    """
+    if (os.cpu_count() or 1) < 2:
+        return 1
+    seconds = {}
+    left, right = torch.ones(12, 500, 100), torch.ones(12, 100, 100)
+    before = torch.get_num_threads()
+    for threads in (1, 2):
+        torch.set_num_threads(threads)
+        torch.relu(left @ right)
+        started = time.perf_counter()
+        for _ in range(30):
+            torch.relu(left @ right)
+        seconds[threads] = time.perf_counter() - started
+    torch.set_num_threads(before)
+    return 2 if seconds[2] < 0.8 * seconds[1] else 1
+
+
+def stored_threads(folder: Path) -> int | None:
+    """Return the number of threads that a run was made with; None where it was not written down."""
+    path = Path(folder) / "provenance.json"
+    return storage.read_json(path, "provenance").get("threads") if path.exists() else None
+
+
+def processor() -> str:
+    """Return what decides the last bits of a sum: the processor's kind and its vector instructions.
+
+    Two machines of which this says the same give the same curves, digit for digit, with the same
+    versions and threads.
+    """
+    said = {}
+    if (facts := Path("/proc/cpuinfo")).exists():
+        pairs = (line.partition(":") for line in facts.read_text().splitlines())
+        said = {key.strip(): value.strip() for key, _, value in pairs}
+    name = said.get("model name") or platform.processor() or platform.machine()
+    kinds = [f"{key} {said[key]}" for key in ("cpu family", "model", "stepping") if key in said]
+    return ", ".join([name, *kinds, torch.backends.cpu.get_cpu_capability()])
+
+
+def provenance(command: str | None = None) -> dict[str, Any]:
+    """Return what made a run: versions, commit, machine, threads, and the command (by default this one)."""
+    git = subprocess.run(
+        ["git", "rev-parse", "HEAD"],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return {
+        "versions": {name: metadata.version(name) for name in PACKAGES}
+        | {"python": platform.python_version()},
+        "commit": git.stdout.strip() or "unknown",
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "processor": processor(),
+        "threads": torch.get_num_threads(),
+        "command": command or " ".join(["python", "-m", "emrld_lite", *sys.argv[1:]]),
+    }
