@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from . import bench as benchmark
 from . import demonstrations as demonstration_files
-from . import demonstrator, machine, reports, runs
+from . import demonstrator, machine, reports, results, runs
 from . import figures as paper_figures
 from .config import TrainConfig
 from .envs import make
@@ -175,7 +175,7 @@ def bench(
 
 
 def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
-    """Draw the paper's Figs. 3, 4 and 5 from the stored runs, as PNG and SVG, and print their table.
+    """Draw the paper's Figs. 2 to 8 from the stored runs, as PNG and SVG, and print their table.
 
     Args:
         out: folder for the figures
@@ -184,7 +184,7 @@ def figures(out: Path, runs_folder: Path = runs.SHIPPED) -> None:
     torch.set_num_threads(1)
     for path in paper_figures.draw(runs_folder, out):
         print(path)
-    print(paper_figures.summary(runs_folder))
+    print(results.summary(runs_folder))
 
 
 def sweep(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -20,7 +19,7 @@ from .policy import Params, per_task
 from .rollout import Rollout, collect, episode_returns
 from .runs import Run
 from .storage import write_csv
-from .validation import InputError, positive_count, real_number
+from .validation import positive_count, real_number
 
 LATER_RATE = 0.1  # measured: at 1 the second step undoes the first, at 0.1 it refines it
 EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
@@ -134,19 +133,3 @@ def steps_to_goal(rollout: Rollout) -> torch.Tensor:
     lengths = rollout.mask.sum(-1)  # (task, episode)
     reached = rollout.success.float()
     return (lengths * reached).sum(-1) / reached.sum(-1)
-
-
-def wilson_interval(successes: int, episodes: int, z: float = 1.96) -> tuple[float, float]:
-    """Return an interval for a rate that was seen ``successes`` times in ``episodes`` (z = 1.96: 95 %).
-
-    Unlike mean plus or minus two standard errors it stays sensible at 0 and 1. Wilson (1927). Raises
-    InputError for counts that make no rate.
-    """
-    positive_count("episodes", episodes)
-    positive_count("successes", successes, minimum=0)
-    if successes > episodes:
-        raise InputError(f"successes: expected at most {episodes}, the episodes, got {successes}")
-    rate, spread = successes / episodes, z * z / episodes
-    centre = (rate + spread / 2) / (1 + spread)
-    half = math.sqrt(rate * (1 - rate) * spread + spread * spread / 4) / (1 + spread)
-    return max(0.0, centre - half), min(1.0, centre + half)

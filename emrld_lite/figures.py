@@ -1,36 +1,49 @@
-"""The paper's figures, drawn from stored runs: Figs. 3 and 4 (results), Fig. 5 (trajectories)."""
+"""The paper's figures, one function a figure, from the stored demonstrations and runs."""
 
 from __future__ import annotations
 
 import io
 import itertools
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import numpy as np
+import torch
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from . import plots
-from .evaluate import EVALUATION_COLUMNS, evaluate_run, unseen_demonstrations
+from .demonstrations import find
+from .envs.two_wheeled import DRIFT_GOAL
+from .evaluate import evaluate_run, unseen_demonstrations
+from .intervals import bootstrap_interval
+from .results import STEPS_SHOWN, TITLES, returns_by_step, stored_seeds, unseen_scores
 from .runs import load_run
-from .storage import read_csv, write_atomically
+from .storage import write_atomically
+from .studies import (
+    SENSITIVITY_END,
+    STUDY_END,
+    ablation_runs,
+    sensitivity_runs,
+    switch_runs,
+)
 
-TITLES = {
-    "point2d": "Point2D",
-    "two_wheeled": "TwoWheeled",
-    "half_cheetah": "HalfCheetah",
-}
-STEPS_SHOWN = {"optimal": 1, "suboptimal": 3}  # adaptation steps in Fig. 5
 GOALS_SHOWN = 20
+DRIFT = "two_wheeled_drift"
 
 
 def draw(folder: Path, out: Path) -> list[Path]:
     """Draw every figure from the runs in ``folder`` and write it to ``out`` as PNG and SVG."""
     plots.use_style()
     drawn = {
+        "fig-2-demonstrations": demonstrations(),
         "fig-3-optimal": results(folder, "optimal"),
         "fig-4-suboptimal": results(folder, "suboptimal"),
         "fig-5-trajectories": trajectories(folder),
+        "fig-6-drift": drift(folder),
+        "fig-7-sensitivity": sensitivity(folder),
+        "fig-8-ablation": ablation(folder),
+        "switches": switches(folder),
     }
     paths = []
     for (name, figure), suffix in itertools.product(drawn.items(), ("png", "svg")):
@@ -42,26 +55,14 @@ def draw(folder: Path, out: Path) -> list[Path]:
     return paths
 
 
-def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:
-    """Return the run folders of each algorithm, one a seed, named like env-quality-algorithm-seed0.
-
-    MAML reads no demonstrations, so its runs are stored once, under optimal.
-    """
-    found = {}
-    for name in plots.LOOKS:
-        stored_as = "optimal" if name == "maml" else quality
-        seeds = sorted(Path(folder).glob(f"{env}-{stored_as}-{name}-seed*"))
-        if seeds:
-            found[name] = seeds
-    return found
-
-
-def returns_by_step(path: Path) -> list[float]:
-    """Return the mean return over tasks after 0, 1, 2, ... adaptation steps of an evaluation."""
-    rows = read_csv(path, "evaluation", EVALUATION_COLUMNS)
-    steps = sorted({int(row["step"]) for row in rows})
-    by_step = [[float(row["return"]) for row in rows if int(row["step"]) == step] for step in steps]
-    return [float(np.mean(returns)) for returns in by_step]
+def demonstrations() -> Figure:
+    """Draw every demonstration: optimal above, sub-optimal below, a column an environment. Fig. 2."""
+    figure, panels = plt.subplots(2, len(TITLES), figsize=(10.5, 5.2))
+    for row, quality in zip(panels, STEPS_SHOWN, strict=True):
+        for axes, (env, title) in zip(row, TITLES.items(), strict=True):
+            plots.all_demonstrations(find(quality, env), axes)
+            axes.set_title(f"{title}, {quality}")
+    return figure
 
 
 def results(folder: Path, quality: str) -> Figure:
@@ -71,30 +72,40 @@ def results(folder: Path, quality: str) -> Figure:
     bands reach from the lowest to the highest.
     """
     figure, panels = plt.subplots(2, len(TITLES), figsize=(10.5, 5.6), squeeze=False)
-    named: dict[str, object] = {}
     for (env, title), (top, bottom) in zip(TITLES.items(), panels.T, strict=True):
-        stored = stored_seeds(folder, env, quality)
-        curves = {name: [load_run(run).curve for run in seeds] for name, seeds in stored.items()}
-        unseen = {
-            name: [returns_by_step(run / "unseen.csv") for run in seeds]
-            for name, seeds in stored.items()
-        }
         top.set_title(title)
-        if not stored:
-            top.text(0.5, 0.5, "no stored runs", transform=top.transAxes, ha="center")
-            continue
-        plots.learning_curves(curves, top)
-        plots.adaptation_steps(unseen, bottom)
-        for axes in (top, bottom):
-            lines, labels = axes.get_legend_handles_labels()
-            named |= dict(zip(labels, lines, strict=True))
-            axes.get_legend().remove()
+        _training_and_adaptation(stored_seeds(folder, env, quality), top, bottom)
     for axes in panels[:, 1:].flat:
         axes.set_ylabel("")
-    names = [plots.label(name) for name in plots.LOOKS if plots.label(name) in named]
-    lines = [named[name] for name in names]
-    figure.legend(lines, names, loc="outside upper center", ncols=len(plots.LOOKS))
+    _one_legend(figure, panels.flat)
     return figure
+
+
+def _training_and_adaptation(stored: Mapping[str, Sequence[Path]], top: Axes, bottom: Axes) -> None:
+    """Draw learning curves, and returns on unseen tasks by adaptation step, or say that there are none."""
+    if not stored:
+        _none_stored(top)
+        return
+    curves = {name: [load_run(run).curve for run in seeds] for name, seeds in stored.items()}
+    plots.learning_curves(curves, top)
+    unseen = {name: [returns_by_step(run) for run in seeds] for name, seeds in stored.items()}
+    plots.adaptation_steps(unseen, bottom)
+
+
+def _none_stored(axes: Axes) -> None:
+    axes.text(0.5, 0.5, "no stored runs", transform=axes.transAxes, ha="center")
+
+
+def _one_legend(figure: Figure, panels: Sequence[Axes]) -> None:
+    """Put one legend of all algorithms above the figure in place of one in each panel."""
+    named: dict[str, object] = {}
+    for axes in panels:
+        lines, labels = axes.get_legend_handles_labels()
+        named |= dict(zip(labels, lines, strict=True))
+        if axes.get_legend():
+            axes.get_legend().remove()
+    names = [plots.label(name) for name in plots.LOOKS if plots.label(name) in named]
+    figure.legend([named[name] for name in names], names, loc="outside upper center", ncols=5)
 
 
 def trajectories(folder: Path, seed: int = 0) -> Figure:
@@ -124,30 +135,96 @@ def trajectories(folder: Path, seed: int = 0) -> Figure:
     return figure
 
 
-def summary(folder: Path) -> str:
-    """Return the unseen tasks' mean returns as a Markdown table: mean over seeds (lowest to highest).
+def drift(folder: Path, seed: int = 0) -> Figure:
+    """Draw TwoWheeled with changing dynamics: training, unseen drifts, ways. Fig. 6, simulated part.
 
-    After one adaptation step on optimal data and three on sub-optimal data, as in Fig. 5.
+    The ways are three episodes of each algorithm's run with ``seed``, after one adaptation step, in
+    the unseen task that turns the robot fastest.
     """
-    columns = [(env, quality) for env in TITLES for quality in STEPS_SHOWN]
-    heads = [f"{TITLES[env]}, {quality}" for env, quality in columns]
-    lines = ["| | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
-    stored = [stored_seeds(folder, env, quality) for env, quality in columns]
-    for name in plots.LOOKS:
-        cells = [
-            _cell(runs.get(name, []), STEPS_SHOWN[quality])
-            for runs, (_, quality) in zip(stored, columns, strict=True)
-        ]
-        lines.append(f"| {plots.label(name)} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(10.5, 3.5))
+    stored = stored_seeds(folder, DRIFT, "optimal")
+    _training_and_adaptation(stored, left, middle)
+    unseen = unseen_demonstrations(DRIFT, "optimal", GOALS_SHOWN)
+    hardest = int(unseen.tasks.abs().argmax())
+    plots.wheeled_arena(right, torch.tensor([DRIFT_GOAL]))
+    for name, runs in stored.items():
+        shown = [run for run in runs if run.name.endswith(f"-seed{seed}")]
+        for run in shown:
+            rollout = evaluate_run(load_run(run), unseen, 1).rollouts[-1]
+            look = {key: plots.LOOKS[name][key] for key in ("color", "linestyle")}
+            plots.trajectories(rollout, right, hardest, 3, linewidth=1.4, **look)
+    right.set(xlim=(-0.6, 2.6), ylim=(-1.0, 1.8))
+    right.set_title(f"drift {float(unseen.tasks[hardest]):+.2f} rad/s, never seen in training")
+    _one_legend(figure, (left, middle))
+    return figure
 
 
-def _cell(runs: list[Path], step: int) -> str:
-    """Return one cell of the summary; other numbers of seeds than three are said."""
-    if not runs:
-        return "not run"
-    returns = [returns_by_step(run / "unseen.csv")[step] for run in runs]
-    cell = f"{np.mean(returns):.1f}"
-    if len(runs) > 1:
-        cell += f" ({min(returns):.1f} to {max(returns):.1f})"
-    return cell if len(runs) == 3 else f"{cell}, {len(runs)} seed{'s' * (len(runs) > 1)}"
+def sensitivity(folder: Path) -> Figure:
+    """Draw EMRLD and EMRLD-WS with five values of w_rl (w_bc = 1) and of w_bc (w_rl = 1). Fig. 7."""
+    figure, panels = plt.subplots(2, 2, figsize=(8.4, 5.8), sharex=True, sharey=True)
+    for row, varied in zip(panels.T, ("w_rl", "w_bc"), strict=True):
+        for axes, algorithm in zip(row, ("emrld", "emrld-ws"), strict=True):
+            symbol, fixed = (f"$w_{{\\mathrm{{{part}}}}}$" for part in _pair(varied))
+            stored = sensitivity_runs(folder, algorithm, varied)
+            labels = {f"{symbol} = {value}": runs for value, runs in stored.items()}
+            looks = dict(zip(labels, plots.shades(algorithm, len(labels)), strict=True))
+            _study(labels, looks, axes, SENSITIVITY_END)
+            axes.set_title(f"{plots.label(algorithm)}, {fixed} = 1")
+    for axes in panels[0]:
+        axes.set_xlabel("")
+    for axes in panels[:, 1]:
+        axes.set_ylabel("")
+    return figure
+
+
+def _pair(varied: str) -> tuple[str, str]:
+    """Return the subscript of the varied weight, then that of the fixed one."""
+    return ("rl", "bc") if varied == "w_rl" else ("bc", "rl")
+
+
+def ablation(folder: Path) -> Figure:
+    """Draw EMRLD on Point2D, whole, without cloning and without RL in the adaptation. Fig. 8."""
+    figure, panels = plt.subplots(1, 2, figsize=(8.4, 3.4), sharey=True)
+    labels = {
+        "EMRLD": "EMRLD",
+        "w_bc = 0": r"no cloning, $w_{\mathrm{bc}} = 0$",
+        "w_rl = 0": r"no RL, $w_{\mathrm{rl}} = 0$",
+    }
+    without = (("black", ":", "^"), ("#777777", "--", "D"))
+    looks = [dict(zip(("color", "linestyle", "marker"), look, strict=True)) for look in without]
+    looks = dict(zip(labels.values(), [plots.LOOKS["emrld"], *looks], strict=True))
+    for axes, quality in zip(panels, STEPS_SHOWN, strict=True):
+        stored = {labels[name]: runs for name, runs in ablation_runs(folder, quality).items()}
+        _study(stored, looks, axes, STUDY_END)
+        axes.set_title(f"Point2D, {quality} data")
+    panels[1].set_ylabel("")
+    return figure
+
+
+def _study(
+    stored: Mapping[str, Sequence[Path]],
+    looks: Mapping[str, Mapping[str, object]],
+    axes: Axes,
+    end: int,
+) -> None:
+    """Draw the learning curves of one panel of a study up to iteration ``end``."""
+    if not stored:
+        _none_stored(axes)
+        return
+    curves = {name: [load_run(run).curve for run in runs] for name, runs in stored.items()}
+    plots.banded_curves(curves, looks, axes, end)
+
+
+def switches(folder: Path) -> Figure:
+    """Draw what each switch of the ledger does to EMRLD-WS's return on unseen goals, against the control."""
+    figure, axes = plt.subplots(figsize=(7.2, 3.6))
+    stored = switch_runs(folder)
+    if not stored:
+        _none_stored(axes)
+        return figure
+    scores = {name: unseen_scores(runs, 1) for name, runs in stored.items()}
+    plots.forest(
+        {name: (bootstrap_interval([table]), table.mean(1)) for name, table in scores.items()}, axes
+    )
+    axes.set_xlabel("return on unseen goals after one step")
+    return figure

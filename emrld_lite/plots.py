@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import torch
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle
 
 from .algorithms import ALGORITHMS
@@ -17,6 +19,7 @@ from .envs.drawing import GOAL_COLOUR, round_goal
 from .envs.point2d import NEAR
 from .envs.two_wheeled import DRIFT_GOAL
 from .envs.two_wheeled import NEAR as WHEELED_NEAR
+from .intervals import Interval
 from .rollout import Rollout
 from .train import Record
 
@@ -62,22 +65,60 @@ def learning_curves(curves: Mapping[str, Sequence[Sequence[Record]]], axes: Axes
 
     ``curves`` maps an algorithm to one sequence of records a seed. Fig. 3 and 4, top row.
     """
+    looks = {label(name): LOOKS[name] for name in curves}
+    banded_curves({label(name): seeds for name, seeds in curves.items()}, looks, axes)
+
+
+def banded_curves(
+    curves: Mapping[str, Sequence[Sequence[Record]]],
+    looks: Mapping[str, Mapping[str, Any]],
+    axes: Axes,
+    end: int | None = None,
+) -> None:
+    """Draw learning curves by their labels, mean and lowest to highest seed, up to iteration ``end``."""
     lowest = 0.0
-    for algorithm, seeds in curves.items():
+    for name, seeds in curves.items():
         shortest = min(len(seed) for seed in seeds)
-        returns = np.array([[row.return_after for row in seed[:shortest]] for seed in seeds])
-        look = LOOKS[algorithm]
+        returns = np.array([[row.return_after for row in seed[:shortest]] for seed in seeds])[
+            :, :end
+        ]
         mean = returns.mean(0)
         lowest = min(lowest, 1.1 * float(mean.min()))
-        axes.plot(mean, label=label(algorithm), markevery=max(1, shortest // 8), **look)
+        axes.plot(mean, label=name, markevery=max(1, len(mean) // 8), **looks[name])
         if len(seeds) > 1:
+            colour = looks[name]["color"]
             axes.fill_between(
-                range(shortest), returns.min(0), returns.max(0), color=look["color"], alpha=0.15
+                range(len(mean)), returns.min(0), returns.max(0), color=colour, alpha=0.13
             )
     axes.set_xlabel("meta-iteration")
     axes.set_ylabel("mean return after adaptation")
     axes.set_ylim(bottom=min(-2.0, lowest))
     axes.legend(loc="best")
+
+
+def shades(algorithm: str, count: int) -> list[dict[str, Any]]:
+    """Return ``count`` looks in one algorithm's colour, from light to dark, each with its own line."""
+    colour = np.array(to_rgb(LOOKS[algorithm]["color"]))
+    lines = ((0, (1, 1)), (0, (3, 1, 1, 1)), (0, (3, 1)), (0, (6, 1)), "-")
+    markers = ("v", "D", "^", "s", "o")
+    strengths = np.linspace(0.4, 1.0, count)
+    return [
+        {"color": tuple(1 - strength * (1 - colour)), "linestyle": line, "marker": marker}
+        for strength, line, marker in zip(strengths, lines, markers, strict=False)
+    ]
+
+
+def forest(rows: Mapping[str, tuple[Interval, Sequence[float]]], axes: Axes) -> None:
+    """Draw an interval and its seeds a row, the first row's as a reference across the others."""
+    reference = next(iter(rows.values()))[0]
+    axes.axvspan(reference.low, reference.high, color="#999999", alpha=0.2, linewidth=0)
+    for height, (interval, seeds) in enumerate(rows.values()):
+        axes.plot([interval.low, interval.high], [height, height], color="#333333", linewidth=1.6)
+        axes.plot(interval.estimate, height, marker="D", color="#333333", markersize=6)
+        axes.plot(seeds, [height] * len(seeds), "o", color="#D55E00", markersize=4, alpha=0.8)
+    axes.set_yticks(range(len(rows)), list(rows))
+    axes.invert_yaxis()
+    axes.grid(axis="y", visible=False)
 
 
 def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes) -> None:

@@ -43,8 +43,8 @@ from emrld_lite.classroom import sparsity_widget
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.demonstrations import find
 from emrld_lite.envs import ENVIRONMENTS, GYMNASIUM_IDS, make
-from emrld_lite.evaluate import wilson_interval
 from emrld_lite.expert import ExpertConfig, train_expert
+from emrld_lite.intervals import wilson_interval
 from emrld_lite.rollout import collect
 
 plots.use_style()

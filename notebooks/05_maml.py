@@ -33,7 +33,7 @@
 import matplotlib.pyplot as plt
 import torch
 
-from emrld_lite import figures, losses, plots, policy, runs, supervised_update, train, trpo
+from emrld_lite import losses, plots, policy, results, runs, supervised_update, train, trpo
 from emrld_lite.adapt import adapt
 from emrld_lite.advantage import with_advantages
 from emrld_lite.algorithms import ALGORITHMS
@@ -767,7 +767,7 @@ print("its own episodes are three times further from any shown state late than e
 # %% tags=["meta-bc-with-plenty"]
 def unseen(name):
     """Return the mean return on twenty unseen goals after one step, of a stored run."""
-    return figures.returns_by_step(runs.SHIPPED / name / "unseen.csv")[1]
+    return results.returns_by_step(runs.SHIPPED / name)[1]
 
 
 few, plenty = (unseen(f"point2d-{data}-meta-bc-seed0") for data in ("optimal", "plentiful"))

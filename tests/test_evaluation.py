@@ -1,35 +1,13 @@
-"""Intervals against their definition, and cloning against the demonstrations it copies."""
-
-import math
+"""Cloning against the demonstrations it copies."""
 
 import pytest
 import torch
 
 from emrld_lite.cloning import clone
 from emrld_lite.demonstrations import find
-from emrld_lite.evaluate import wilson_interval
 from emrld_lite.losses import bc_loss
 from emrld_lite.policy import distribution, initialise, per_task
 from emrld_lite.validation import InputError
-
-
-@pytest.mark.parametrize(("successes", "episodes"), [(0, 50), (1, 240), (17, 40), (40, 40)])
-def test_wilson_s_bounds_solve_his_equation(successes, episodes):
-    # a bound p is where the seen rate lies z standard deviations of p away from p
-    rate = successes / episodes
-    for bound in wilson_interval(successes, episodes):
-        if 0 < bound < 1:
-            deviation = math.sqrt(bound * (1 - bound) / episodes)
-            assert abs(rate - bound) == pytest.approx(1.96 * deviation)
-    low, high = wilson_interval(successes, episodes)
-    assert 0 <= low <= rate <= high <= 1
-    assert high > low
-
-
-@pytest.mark.parametrize(("successes", "episodes"), [(3, 2), (-1, 5), (0, 0), (0.5, 3)])
-def test_counts_that_make_no_rate_are_refused(successes, episodes):
-    with pytest.raises(InputError):
-        wilson_interval(successes, episodes)
 
 
 def test_a_clone_acts_like_its_own_demonstration():

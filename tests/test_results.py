@@ -5,7 +5,7 @@ import csv
 import numpy as np
 import pytest
 
-from emrld_lite import figures, runs
+from emrld_lite import figures, results, runs
 from emrld_lite.__main__ import main
 
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
@@ -14,8 +14,8 @@ STEPS = {"optimal": 1, "suboptimal": 3}  # at which the paper looks: Fig. 5
 
 def unseen(env, quality, algorithm, step):
     """Return the mean return on unseen tasks after ``step`` adaptation steps, a number a seed."""
-    folders = figures.stored_seeds(runs.SHIPPED, env, quality)[algorithm]
-    return np.array([figures.returns_by_step(folder / "unseen.csv")[step] for folder in folders])
+    folders = results.stored_seeds(runs.SHIPPED, env, quality)[algorithm]
+    return np.array([results.returns_by_step(folder)[step] for folder in folders])
 
 
 def rows_of(folder):
@@ -26,7 +26,7 @@ def rows_of(folder):
 @pytest.mark.parametrize("env", ["two_wheeled", "half_cheetah"])
 @pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
 def test_every_algorithm_has_three_seeds(env, quality):
-    stored = figures.stored_seeds(runs.SHIPPED, env, quality)
+    stored = results.stored_seeds(runs.SHIPPED, env, quality)
     assert {name: len(seeds) for name, seeds in stored.items()} == dict.fromkeys(
         OURS + BASELINES, 3
     )
@@ -44,7 +44,7 @@ def test_two_wheeled_with_suboptimal_data_earns_fifty_after_three_steps():
 
 def test_the_cheetah_with_optimal_data_earns_140_running_the_right_way():
     assert unseen("half_cheetah", "optimal", "emrld-ws", step=1).mean() >= 140
-    for folder in figures.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["emrld-ws"]:
+    for folder in results.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["emrld-ws"]:
         assert len(runs.load_run(folder).curve) <= 250
         for direction in ("1.0", "-1.0"):
             after = [r for r in rows_of(folder) if r["step"] == "1" and r["goal"] == direction]
@@ -71,7 +71,7 @@ def largest_fall(folder):
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled", "half_cheetah"])
 @pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
 def test_emrld_improves_nearly_monotonically(env, quality):
-    stored = figures.stored_seeds(runs.SHIPPED, env, quality)
+    stored = results.stored_seeds(runs.SHIPPED, env, quality)
     ours = [folder for name in OURS for folder in stored.get(name, [])]
     assert ours
     assert max(largest_fall(folder) for folder in ours) < 0.15
@@ -79,14 +79,14 @@ def test_emrld_improves_nearly_monotonically(env, quality):
 
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled"])
 def test_meta_bc_is_unstable(env):
-    folder = figures.stored_seeds(runs.SHIPPED, env, "optimal")["meta-bc"][0]
+    folder = results.stored_seeds(runs.SHIPPED, env, "optimal")["meta-bc"][0]
     assert largest_fall(folder) > 0.3
     assert max(row.kl for row in runs.load_run(folder).curve) > 1.0  # TRPO allows 0.02
 
 
 def test_meta_bc_works_with_plentiful_data():
     for env in ("point2d", "two_wheeled"):
-        plenty = figures.returns_by_step(runs.SHIPPED / f"{env}-plentiful-meta-bc-seed0/unseen.csv")
+        plenty = results.returns_by_step(runs.SHIPPED / f"{env}-plentiful-meta-bc-seed0")
         few = unseen(env, "optimal", "meta-bc", step=1)
         assert plenty[1] > max(50, 1.4 * few.max())
 
@@ -110,13 +110,22 @@ def test_no_learning_rate_rescues_the_supervised_baselines(env, algorithm):
 def test_every_figure_is_drawn_from_the_stored_runs(tmp_path):
     main(["figures", "--out", str(tmp_path)])
     names = {path.name for path in tmp_path.iterdir()}
-    stems = ("fig-3-optimal", "fig-4-suboptimal", "fig-5-trajectories")
+    stems = (
+        "fig-2-demonstrations",
+        "fig-3-optimal",
+        "fig-4-suboptimal",
+        "fig-5-trajectories",
+        "fig-6-drift",
+        "fig-7-sensitivity",
+        "fig-8-ablation",
+        "switches",
+    )
     assert names == {f"{stem}.{suffix}" for stem in stems for suffix in ("png", "svg")}
 
 
 def test_the_readme_has_the_table_of_the_stored_runs():
     readme = (runs.SHIPPED.parent.parent / "README.md").read_text()
-    assert figures.summary(runs.SHIPPED) in readme
+    assert results.summary(runs.SHIPPED) in readme
 
 
 def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import figures, machine, meta_update, policy, runs, storage, trpo
+from emrld_lite import machine, meta_update, policy, results, runs, storage, trpo
 from emrld_lite.demonstrations import find
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
@@ -329,7 +329,7 @@ def test_maml_starves_as_the_ledger_says():
 def test_one_step_on_unseen_goals_gives_nine_tenths(name):
     for seed in range(3):
         folder = runs.SHIPPED / f"point2d-{name}-seed{seed}"
-        unseen = figures.returns_by_step(folder / "unseen.csv")
+        unseen = results.returns_by_step(folder)
         assert unseen[1] >= 0.9 * runs.load_run(folder).curve[-1].return_after
 
 

@@ -1,0 +1,110 @@
+"""What the stored runs say, as numbers: their seeds, returns on unseen tasks, and how flat a curve ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .algorithms import ALGORITHMS
+from .evaluate import EVALUATION_COLUMNS
+from .runs import load_run
+from .storage import read_csv
+from .validation import InputError
+
+TITLES = {
+    "point2d": "Point2D",
+    "two_wheeled": "TwoWheeled",
+    "half_cheetah": "HalfCheetah",
+}
+STEPS_SHOWN = {
+    "optimal": 1,
+    "suboptimal": 3,
+}  # adaptation steps after which the paper looks: Fig. 5
+LATE = 20  # iterations in each of the two windows that say whether a curve still rises
+
+
+def seeds_of(folder: Path, name: str) -> list[Path]:
+    """Return the run folders called ``name``-seed0, ``name``-seed1, ... that are stored."""
+    return sorted(Path(folder).glob(f"{name}-seed[0-9]*"))
+
+
+def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:
+    """Return the run folders of each algorithm, one a seed, named like env-quality-algorithm-seed0.
+
+    MAML reads no demonstrations, so its runs are stored once, under optimal.
+    """
+    found = {}
+    for name in ALGORITHMS:
+        stored_as = "optimal" if name == "maml" else quality
+        if seeds := seeds_of(folder, f"{env}-{stored_as}-{name}"):
+            found[name] = seeds
+    return found
+
+
+def returns_by_step(run: Path) -> list[float]:
+    """Return a run's mean return over unseen tasks after 0, 1, 2, ... adaptation steps."""
+    rows = read_csv(run / "unseen.csv", "evaluation", EVALUATION_COLUMNS)
+    steps = sorted({int(row["step"]) for row in rows})
+    by_step = [[float(row["return"]) for row in rows if int(row["step"]) == step] for step in steps]
+    return [float(np.mean(returns)) for returns in by_step]
+
+
+def unseen_scores(runs: Sequence[Path], step: int) -> np.ndarray:
+    """Return each unseen task's mean return after ``step`` adaptation steps, (seed, task)."""
+    if not runs:
+        raise InputError("runs: expected at least one stored run, got none")
+    tables = [read_csv(run / "unseen.csv", "evaluation", EVALUATION_COLUMNS) for run in runs]
+    return np.array(
+        [[float(row["return"]) for row in rows if int(row["step"]) == step] for rows in tables]
+    )
+
+
+def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 10) -> np.ndarray:
+    """Return the mean return after adaptation over the ``window`` iterations before ``end``, (seed, 1).
+
+    On the training tasks; by default at the end of each run. Raises InputError for a shorter run.
+    """
+    means = []
+    for run in runs:
+        returns = [row.return_after for row in load_run(run).curve][:end]
+        if len(returns) < max(window, end or 0):
+            raise InputError(f"{run}: expected {end or window} iterations, got {len(returns)}")
+        means.append([np.mean(returns[-window:])])
+    return np.array(means)
+
+
+def late_rise(run: Path, window: int = LATE) -> float:
+    """Return by how much the last ``window`` iterations' mean return exceeds that of those before."""
+    returns = [row.return_after for row in load_run(run).curve]
+    return float(np.mean(returns[-window:]) - np.mean(returns[-2 * window : -window]))
+
+
+def summary(folder: Path) -> str:
+    """Return the unseen tasks' mean returns as a Markdown table: mean over seeds (lowest to highest).
+
+    After one adaptation step on optimal data and three on sub-optimal data, as in Fig. 5.
+    """
+    columns = [(env, quality) for env in TITLES for quality in STEPS_SHOWN]
+    heads = [f"{TITLES[env]}, {quality}" for env, quality in columns]
+    lines = ["| | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
+    stored = [stored_seeds(folder, env, quality) for env, quality in columns]
+    for name in ALGORITHMS:
+        cells = [
+            _cell(runs.get(name, []), STEPS_SHOWN[quality])
+            for runs, (_, quality) in zip(stored, columns, strict=True)
+        ]
+        lines.append(f"| {ALGORITHMS[name].label} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _cell(runs: list[Path], step: int) -> str:
+    """Return one cell of the summary; other numbers of seeds than three are said."""
+    if not runs:
+        return "not run"
+    returns = [returns_by_step(run)[step] for run in runs]
+    cell = f"{np.mean(returns):.1f}"
+    if len(runs) > 1:
+        cell += f" ({min(returns):.1f} to {max(returns):.1f})"
+    return cell if len(runs) == 3 else f"{cell}, {len(runs)} seed{'s' * (len(runs) > 1)}"

@@ -1,0 +1,65 @@
+"""Which stored runs belong to which study: sensitivity, ablation, and the ledger's switches.
+
+Each study varies one thing on Point2D and compares with a control that stands in the main
+comparison; the grids are data/grids/{sensitivity,ablation,switches}.toml.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .results import seeds_of
+from .validation import known
+
+WEIGHTS = (0.2, 0.4, 0.6, 0.8, 1.0)
+SENSITIVITY_END = 100  # iterations of every run in the sensitivity study
+STUDY_END = 150  # iterations of every run in the ablation and among the switches
+CONTROL = "as the workbook does it"
+SWITCHES = {
+    "fixed-sigma": "sigma fixed at 1",
+    "exact-steps": "steps of length exactly 0.1",
+    "averaged-log-density": "log-density averaged over dimensions",
+    "summed-cloning": "cloning loss summed",
+    "first-order": "first-order meta-gradient",
+    "aliased-cg": "aliased conjugate gradient",
+    "reward-elsewhere": "reward of 1e-5 elsewhere",
+    "no-normalisation": "advantages not normalised",
+}
+
+
+def sensitivity_runs(folder: Path, algorithm: str, varied: str) -> dict[float, list[Path]]:
+    """Return the runs of one panel of Fig. 7 by the weight ``varied``, w_rl or w_bc; the other is 1."""
+    known("varied weight", varied, ("w_rl", "w_bc"))
+    found = {}
+    for value in WEIGHTS:
+        w_rl, w_bc = (value, 1.0) if varied == "w_rl" else (1.0, value)
+        name = f"sensitivity-{algorithm}-w_rl{w_rl}-w_bc{w_bc}"
+        if (w_rl, w_bc) == (0.2, 1.0):  # Table 2's own setting
+            name = f"point2d-optimal-{algorithm}"
+        if seeds := seeds_of(folder, name):
+            found[value] = seeds
+    return found
+
+
+def ablation_runs(folder: Path, quality: str) -> dict[str, list[Path]]:
+    """Return the runs of one panel of Fig. 8: EMRLD, without cloning, without RL.
+
+    With sub-optimal data w_rl is 1, so EMRLD without cloning is MAML.
+    """
+    without_cloning = {"optimal": "ablation-optimal-w_bc0.0", "suboptimal": "point2d-optimal-maml"}
+    known("data", quality, without_cloning)
+    names = {
+        "EMRLD": f"point2d-{quality}-emrld",
+        "w_bc = 0": without_cloning[quality],
+        "w_rl = 0": f"ablation-{quality}-w_rl0.0",
+    }
+    found = {label: seeds_of(folder, name) for label, name in names.items()}
+    return {label: seeds for label, seeds in found.items() if seeds}
+
+
+def switch_runs(folder: Path) -> dict[str, list[Path]]:
+    """Return the runs of each switch of the ledger by what it changes; the control comes first."""
+    names = {CONTROL: "point2d-optimal-emrld-ws"}
+    names |= {label: f"switch-{name}" for name, label in SWITCHES.items()}
+    found = {label: seeds_of(folder, name) for label, name in names.items()}
+    return {label: seeds for label, seeds in found.items() if seeds}
