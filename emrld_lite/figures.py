@@ -17,7 +17,7 @@ from .demonstrations import find
 from .envs.two_wheeled import DRIFT_GOAL
 from .evaluate import evaluate_run, unseen_demonstrations
 from .intervals import bootstrap_interval
-from .results import STEPS_SHOWN, TITLES, returns_by_step, stored_seeds, unseen_scores
+from .results import STEPS_SHOWN, TITLES, returns_by_step, run_scores, stored_seeds
 from .runs import load_run
 from .storage import write_atomically
 from .studies import (
@@ -222,9 +222,8 @@ def switches(folder: Path) -> Figure:
     if not stored:
         _none_stored(axes)
         return figure
-    scores = {name: unseen_scores(runs, 1) for name, runs in stored.items()}
-    plots.forest(
-        {name: (bootstrap_interval([table]), table.mean(1)) for name, table in scores.items()}, axes
-    )
+    scores = {name: run_scores(runs, step=1) for name, runs in stored.items()}
+    rows = {name: (bootstrap_interval([seeds]), seeds) for name, seeds in scores.items()}
+    plots.forest(rows, axes)
     axes.set_xlabel("return on unseen goals after one step")
     return figure

@@ -50,12 +50,13 @@ def bootstrap_interval(
 ) -> Interval:
     """Return ``statistic`` over all strata with its stratified bootstrap interval.
 
-    A stratum is one experiment: scores (seed, task), a row a run. Runs are drawn again with
-    replacement within each stratum, whole: the tasks of one run share its policy, so they are no
-    independent draws. With ``others``, a second list of strata, it is the difference of the two
-    statistics, both resampled. Three runs have only ten different resamples, so at 95 % the
-    interval of a single stratum reaches from its worst run to its best. Raises InputError for
-    strata that are not such tables. After Agarwal et al. (2021), who resample runs as well.
+    A stratum is one experiment: a score a run, (seed,), or several, (seed, task). Runs are drawn
+    again with replacement within each stratum, whole: the tasks of one run share its policy, so
+    they are no independent draws. With ``others``, a second list of strata, it is the difference
+    of the two statistics, both resampled. Three runs have only ten different resamples, so at 95 %
+    the interval of a single stratum reaches from its worst run to its best. After Agarwal et al.
+    (2021), who resample runs as well. Raises InputError for strata that are not such tables, or
+    hold a single run, of whose spread nothing is known.
     """
     positive_count("resamples", resamples)
     real_number("level", level, 0.0, 1.0)
@@ -76,14 +77,15 @@ def bootstrap_interval(
 
 
 def _checked(strata: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return the strata as arrays; raises InputError unless each is (seed, task) with a run in it."""
+    """Return the strata as arrays; raises InputError unless each has runs, (seed,) or (seed, task)."""
     tables = [np.asarray(table, dtype=float) for table in strata]
     if not tables:
-        raise InputError("strata: expected at least one table of scores (seed, task), got none")
+        raise InputError("strata: expected at least one table of scores, got none")
     for number, table in enumerate(tables):
-        if table.ndim != 2 or not table.size:
+        if table.ndim not in (1, 2) or len(table) < 2 or not table.size:
             raise InputError(
-                f"strata: table {number}: expected scores (seed, task), got shape {table.shape}"
+                f"strata: table {number}: expected scores (seed,) or (seed, task) of two runs or "
+                f"more, got shape {table.shape}"
             )
     return tables
 

@@ -101,7 +101,7 @@ def shades(algorithm: str, count: int) -> list[dict[str, Any]]:
     colour = np.array(to_rgb(LOOKS[algorithm]["color"]))
     lines = ((0, (1, 1)), (0, (3, 1, 1, 1)), (0, (3, 1)), (0, (6, 1)), "-")
     markers = ("v", "D", "^", "s", "o")
-    strengths = np.linspace(0.4, 1.0, count)
+    strengths = np.linspace(0.5, 1.0, count)
     return [
         {"color": tuple(1 - strength * (1 - colour)), "linestyle": line, "marker": marker}
         for strength, line, marker in zip(strengths, lines, markers, strict=False)
@@ -117,6 +117,7 @@ def forest(rows: Mapping[str, tuple[Interval, Sequence[float]]], axes: Axes) -> 
         axes.plot(interval.estimate, height, marker="D", color="#333333", markersize=6)
         axes.plot(seeds, [height] * len(seeds), "o", color="#D55E00", markersize=4, alpha=0.8)
     axes.set_yticks(range(len(rows)), list(rows))
+    axes.set_xlim(left=0.0)
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
 

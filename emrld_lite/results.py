@@ -61,8 +61,13 @@ def unseen_scores(runs: Sequence[Path], step: int) -> np.ndarray:
     )
 
 
+def run_scores(runs: Sequence[Path], step: int) -> np.ndarray:
+    """Return each run's score: its mean return over unseen tasks after ``step`` steps, (seed,)."""
+    return unseen_scores(runs, step).mean(1)
+
+
 def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 10) -> np.ndarray:
-    """Return the mean return after adaptation over the ``window`` iterations before ``end``, (seed, 1).
+    """Return the mean return after adaptation over the ``window`` iterations before ``end``, (seed,).
 
     On the training tasks; by default at the end of each run. Raises InputError for a shorter run.
     """
@@ -71,7 +76,7 @@ def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 
         returns = [row.return_after for row in load_run(run).curve][:end]
         if len(returns) < max(window, end or 0):
             raise InputError(f"{run}: expected {end or window} iterations, got {len(returns)}")
-        means.append([np.mean(returns[-window:])])
+        means.append(np.mean(returns[-window:]))
     return np.array(means)
 
 

@@ -119,8 +119,9 @@ def test_verdicts():
     ("strata", "message"),
     [
         ([], "got none"),
-        ([np.zeros(4)], r"table 0: .* got shape \(4,\)"),
+        ([np.zeros((2, 3, 4))], r"table 0: .* got shape \(2, 3, 4\)"),
         ([np.zeros((2, 3)), np.zeros((0, 3))], "table 1"),
+        ([np.zeros(3), np.zeros(1)], "table 1: .* two runs or more"),
         ([np.full((2, 2), math.nan)], "finite"),
     ],
 )
