@@ -31,6 +31,7 @@ LOOKS = {
     "meta-bc": {"color": "#CC79A7", "linestyle": "-.", "marker": "D"},
     "gmps": {"color": "#56B4E9", "linestyle": (0, (1, 1, 4, 1)), "marker": "v"},
 }
+BAND = 0.1  # opacity of a band between seeds
 DEMONSTRATION_COLOUR = "#333333"
 STYLE = {
     "figure.dpi": 110,
@@ -88,7 +89,7 @@ def banded_curves(
         if len(seeds) > 1:
             colour = looks[name]["color"]
             axes.fill_between(
-                range(len(mean)), returns.min(0), returns.max(0), color=colour, alpha=0.13
+                range(len(mean)), returns.min(0), returns.max(0), color=colour, alpha=BAND, lw=0
             )
     axes.set_xlabel("meta-iteration")
     axes.set_ylabel("mean return after adaptation")
@@ -132,7 +133,7 @@ def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes
         steps = np.arange(returns.shape[1])
         axes.plot(steps, returns.mean(0), label=label(algorithm), **LOOKS[algorithm])
         axes.fill_between(
-            steps, returns.min(0), returns.max(0), color=LOOKS[algorithm]["color"], alpha=0.15
+            steps, returns.min(0), returns.max(0), color=LOOKS[algorithm]["color"], alpha=BAND, lw=0
         )
     axes.set_xlabel("adaptation steps")
     axes.set_ylabel("mean return, unseen tasks")

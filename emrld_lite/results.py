@@ -18,10 +18,7 @@ TITLES = {
     "two_wheeled": "TwoWheeled",
     "half_cheetah": "HalfCheetah",
 }
-STEPS_SHOWN = {
-    "optimal": 1,
-    "suboptimal": 3,
-}  # adaptation steps after which the paper looks: Fig. 5
+STEPS_SHOWN = {"optimal": 1, "suboptimal": 3}  # adaptation steps after which Fig. 5 looks
 LATE = 20  # iterations in each of the two windows that say whether a curve still rises
 
 
@@ -52,13 +49,17 @@ def returns_by_step(run: Path) -> list[float]:
 
 
 def unseen_scores(runs: Sequence[Path], step: int) -> np.ndarray:
-    """Return each unseen task's mean return after ``step`` adaptation steps, (seed, task)."""
-    if not runs:
-        raise InputError("runs: expected at least one stored run, got none")
-    tables = [read_csv(run / "unseen.csv", "evaluation", EVALUATION_COLUMNS) for run in runs]
-    return np.array(
-        [[float(row["return"]) for row in rows if int(row["step"]) == step] for rows in tables]
-    )
+    """Return each unseen task's mean return after ``step`` adaptation steps, (seed, task).
+
+    Raises InputError for no runs, and for a run that was not tested after so many steps.
+    """
+    scores = []
+    for run in _some(runs):
+        rows = read_csv(run / "unseen.csv", "evaluation", EVALUATION_COLUMNS)
+        scores.append([float(row["return"]) for row in rows if int(row["step"]) == step])
+        if not scores[-1]:
+            raise InputError(f"{run / 'unseen.csv'}: expected rows of step {step}, got none")
+    return np.array(scores)
 
 
 def run_scores(runs: Sequence[Path], step: int) -> np.ndarray:
@@ -72,12 +73,26 @@ def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 
     On the training tasks; by default at the end of each run. Raises InputError for a shorter run.
     """
     means = []
-    for run in runs:
+    for run in _some(runs):
         returns = [row.return_after for row in load_run(run).curve][:end]
         if len(returns) < max(window, end or 0):
             raise InputError(f"{run}: expected {end or window} iterations, got {len(returns)}")
         means.append(np.mean(returns[-window:]))
     return np.array(means)
+
+
+def largest_fall(run: Path, window: int = 10) -> float:
+    """Return how far the mean over ``window`` iterations falls below its best so far, as a share of it."""
+    returns = [row.return_after for row in load_run(run).curve]
+    smooth = np.convolve(returns, np.ones(window) / window, "valid")
+    return float((np.maximum.accumulate(smooth) - smooth).max() / smooth.max())
+
+
+def _some(runs: Sequence[Path]) -> Sequence[Path]:
+    """Return the runs; raises InputError if there are none."""
+    if not runs:
+        raise InputError("runs: expected at least one stored run, got none")
+    return runs
 
 
 def late_rise(run: Path, window: int = LATE) -> float:

@@ -430,11 +430,11 @@ final = {
 }
 assert min(final["emrld"] + final["emrld-ws"]) >= 70
 assert max(curve[59].return_after for curve in curves["maml"]) < 5  # after sixty iterations
-assert max(final["maml"]) < 10
-assert sum(final["released start"]) / 3 < 5
+assert max(final["maml"]) < 15
+assert max(final["released start"]) < 1
 print("EMRLD and EMRLD-WS end at 70 or more with every seed.")
-print("MAML is under 5 after sixty iterations and under 10 at its end, with every seed;")
-print("with the released code's start of the network it ends under 5 in the mean.")
+print("MAML is under 5 after sixty iterations and under 15 at its end, with every seed;")
+print("with the released code's start of the network it ends under 1, with every seed.")
 
 # %% [markdown]
 # *Figure 5. Mean return after adaptation; lines are means over three seeds, bands reach from the lowest to the highest.*
@@ -442,9 +442,8 @@ print("with the released code's start of the network it ends under 5 in the mean
 # MAML runs the very same code with $w_{\mathrm{bc}} = 0$. When EMRLD-WS has already found its goals, MAML has seen a handful
 # of rewards by luck. Later these lucky episodes do teach it something: to walk up the middle, past the goals that
 # lie there, for about a tenth of the return of the others. The paper reports no learning at all, and with the
-# network's start of its released code (`--network-start xavier`) we find nearly the same: two seeds of three stay under 1,
-# the third begins to rise at the very end. The demonstrations change
-# *where the adapted policy looks*; once a reward is found, RL does the rest. That is the paper's idea in one figure.
+# network's start of its released code (`--network-start xavier`) we find the same: all three seeds stay under 1. The demonstrations change
+# *where the adapted policy looks*; once a reward is found, the meta-update's RL does the rest. That is the paper's idea in one figure.
 
 # %% [markdown]
 # ## Where paper and code differ

@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import jupytext
+import numpy as np
 import pytest
 import torch
 
@@ -33,7 +34,7 @@ def exercises(folder="notebooks", suffix=".py"):
 
 def student_function(source, name):
     """Return the function a cell defines."""
-    scope = {"torch": torch, "math": math}
+    scope = {"torch": torch, "math": math, "np": np}
     exec(source, scope)
     return scope[name]
 

@@ -1,11 +1,12 @@
 """The stored runs say what the README, the ledger and the notebooks say of them (Section 4.1)."""
 
 import csv
+import itertools
 
 import numpy as np
 import pytest
 
-from emrld_lite import figures, results, runs
+from emrld_lite import figures, results, runs, studies
 from emrld_lite.__main__ import main
 
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
@@ -23,8 +24,10 @@ def rows_of(folder):
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("env", ["two_wheeled", "half_cheetah"])
-@pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
+@pytest.mark.parametrize(
+    ("env", "quality"),
+    [*itertools.product(results.TITLES, STEPS), ("two_wheeled_drift", "optimal")],
+)
 def test_every_algorithm_has_three_seeds(env, quality):
     stored = results.stored_seeds(runs.SHIPPED, env, quality)
     assert {name: len(seeds) for name, seeds in stored.items()} == dict.fromkeys(
@@ -52,8 +55,8 @@ def test_the_cheetah_with_optimal_data_earns_140_running_the_right_way():
             assert np.mean([float(row["success"]) for row in after]) > 0.9
 
 
-@pytest.mark.parametrize("env", ["two_wheeled", "half_cheetah"])
-@pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
+@pytest.mark.parametrize("env", list(results.TITLES))
+@pytest.mark.parametrize("quality", list(STEPS))
 def test_both_variants_are_ahead_of_every_baseline(env, quality):
     step = STEPS[quality]
     ours = [unseen(env, quality, name, step).mean() for name in OURS]
@@ -61,11 +64,24 @@ def test_both_variants_are_ahead_of_every_baseline(env, quality):
     assert min(ours) > max(theirs)
 
 
-def largest_fall(folder):
-    """Return how far ten iterations' mean return falls below its best so far, as a share of its best."""
-    returns = [row.return_after for row in runs.load_run(folder).curve]
-    smooth = np.convolve(returns, np.ones(10) / 10, "valid")
-    return float((np.maximum.accumulate(smooth) - smooth).max() / smooth.max())
+@pytest.mark.parametrize("env", list(results.TITLES))
+@pytest.mark.parametrize("quality", list(STEPS))
+def test_our_runs_are_long_enough_to_have_flattened(env, quality):
+    earned = {"point2d": 80.9, "two_wheeled": 84.0, "half_cheetah": 237.0}[env]  # demonstrators
+    stored = results.stored_seeds(runs.SHIPPED, env, quality)
+    for folder in (folder for name in (*OURS, "maml") for folder in stored[name]):
+        returns = [row.return_after for row in runs.load_run(folder).curve]
+        rise = sum(returns[-20:]) / 20 - sum(returns[-40:-20]) / 20
+        assert rise == pytest.approx(results.late_rise(folder))
+        assert rise <= 0.05 * earned
+
+
+def test_the_largest_fall_by_a_plain_loop():
+    for folder in results.seeds_of(runs.SHIPPED, "point2d-optimal-meta-bc"):
+        returns = [row.return_after for row in runs.load_run(folder).curve]
+        means = [sum(returns[i : i + 10]) / 10 for i in range(len(returns) - 9)]
+        falls = [max(means[: i + 1]) - mean for i, mean in enumerate(means)]
+        assert results.largest_fall(folder) == pytest.approx(max(falls) / max(means))
 
 
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled", "half_cheetah"])
@@ -74,13 +90,13 @@ def test_emrld_improves_nearly_monotonically(env, quality):
     stored = results.stored_seeds(runs.SHIPPED, env, quality)
     ours = [folder for name in OURS for folder in stored.get(name, [])]
     assert ours
-    assert max(largest_fall(folder) for folder in ours) < 0.15
+    assert max(results.largest_fall(folder) for folder in ours) < 0.15
 
 
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled"])
 def test_meta_bc_is_unstable(env):
     folder = results.stored_seeds(runs.SHIPPED, env, "optimal")["meta-bc"][0]
-    assert largest_fall(folder) > 0.3
+    assert results.largest_fall(folder) > 0.3
     assert max(row.kl for row in runs.load_run(folder).curve) > 1.0  # TRPO allows 0.02
 
 
@@ -137,6 +153,47 @@ def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():
     expected = [unseen("two_wheeled", "optimal", "emrld-ws", step).mean() for step in range(4)]
     assert lines["EMRLD-WS"] == pytest.approx(expected)
     assert len(figure.legends[0].get_texts()) == 5
+
+
+def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
+    figure = figures.sensitivity(runs.SHIPPED)
+    titles = [axes.get_title() for axes in figure.axes]
+    assert [title.partition(",")[0] for title in titles] == ["EMRLD"] * 2 + ["EMRLD-WS"] * 2
+    assert all(len(axes.get_lines()) == 5 for axes in figure.axes)
+    seeds = results.seeds_of(runs.SHIPPED, "sensitivity-emrld-ws-w_rl1.0-w_bc0.4")
+    last = np.mean([runs.load_run(seed).curve[99].return_after for seed in seeds])
+    lines = {line.get_label(): line.get_ydata() for line in figure.axes[3].get_lines()}
+    (label,) = [label for label in lines if label.endswith("0.4")]
+    assert len(lines[label]) == 100
+    assert lines[label][-1] == pytest.approx(last)
+
+
+def test_the_ablation_figure_shows_what_is_left_without_each_loss():
+    figure = figures.ablation(runs.SHIPPED)
+    for axes, stem in zip(
+        figure.axes, ("ablation-optimal-w_bc0.0", "point2d-optimal-maml"), strict=True
+    ):
+        lines = {line.get_label().partition(",")[0]: line.get_ydata() for line in axes.get_lines()}
+        assert list(lines) == ["EMRLD", "no cloning", "no RL"]
+        seeds = results.seeds_of(runs.SHIPPED, stem)
+        last = np.mean([runs.load_run(seed).curve[149].return_after for seed in seeds])
+        assert lines["no cloning"][-1] == pytest.approx(last)
+
+
+def test_the_switches_stand_below_their_control():
+    axes = figures.switches(runs.SHIPPED).axes[0]
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert names == list(studies.switch_runs(runs.SHIPPED))
+    assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first row is on top
+    diamonds = [line for line in axes.get_lines() if line.get_marker() == "D"]
+    expected = unseen("point2d", "optimal", "emrld-ws", step=1).mean()
+    assert diamonds[0].get_xdata()[0] == pytest.approx(expected)
+
+
+def test_the_demonstrations_stand_by_world_and_quality():
+    titles = [axes.get_title() for axes in figures.demonstrations().axes]
+    assert titles[0] == "Point2D, optimal"
+    assert titles[-1] == "HalfCheetah, suboptimal"
 
 
 def test_a_folder_without_runs_says_so(tmp_path):

@@ -277,10 +277,15 @@ def test_adaptation_curve_keeps_tasks_apart():
     meta_params = runs.load_run(runs.SHIPPED / "point2d-optimal-emrld-ws-seed0").meta_params
     rule = TrainConfig().adaptation("optimal")
 
+    def masked(rollout):
+        """Return the states walked, (task, episode, 100, 2): a batch ends with its last episode."""
+        walked = rollout.states * rollout.mask[..., None]
+        return torch.nn.functional.pad(walked, (0, 0, 0, 100 - walked.shape[2]))
+
     def first_task(demonstrations):
         random = torch.Generator().manual_seed(0)
         curve = adaptation_curve(make("point2d"), meta_params, demonstrations, rule, 2, 4, random)
-        return [rollout.states[0] for rollout in curve.rollouts], curve
+        return [masked(rollout)[0] for rollout in curve.rollouts], curve
 
     alone, curve = first_task(data)
     # the other eleven tasks get one another's paths
@@ -309,20 +314,18 @@ def last_returns(name):
         ("point2d-optimal-emrld-ws", 70, 85),
         ("point2d-optimal-emrld", 70, 85),
         ("point2d-suboptimal-emrld", 60, 85),
-        ("point2d-optimal-maml", -1, 10),
-        ("point2d-optimal-maml-xavier", -1, 6),
+        ("point2d-optimal-maml", -1, 15),
+        ("point2d-optimal-maml-xavier", -1, 1),
     ],
 )
 def test_stored_runs_show_what_the_readme_says(name, low, high):
     assert all(low <= value <= high for value in last_returns(name))
 
 
-def test_maml_starves_as_the_ledger_says():
+def test_maml_starves_on_point2d():
     for seed in range(3):
         curve = runs.load_run(runs.SHIPPED / f"point2d-optimal-maml-seed{seed}").curve
-        assert curve[59].return_after < 3
-    assert [round(v, 1) for v in last_returns("point2d-optimal-maml-xavier")] == [5.8, 0.4, 0.2]
-    assert all(8.2 < value < 8.8 for value in last_returns("point2d-optimal-maml"))
+        assert curve[59].return_after < 5
 
 
 @pytest.mark.parametrize("name", ["optimal-emrld-ws", "optimal-emrld", "suboptimal-emrld"])
@@ -340,13 +343,21 @@ def test_stored_runs_have_no_stray_files():
 
 
 def test_a_stored_run_can_be_replayed(tmp_path):
-    """The first iterations again: equal up to what other machines' arithmetic may do."""
+    """Ten iterations again: every digit on the machine type that made them, near them elsewhere."""
     folder = runs.SHIPPED / "point2d-optimal-emrld-ws-seed0"
     stored = runs.load_run(folder)
-    config = dataclasses.replace(stored.config, iterations=2)
-    replayed = runs.train_run(config, tmp_path / "again")
-    for one, other in zip(replayed.curve, stored.curve, strict=False):
-        assert one.return_before == pytest.approx(other.return_before, abs=0.5)
-        assert one.return_after == pytest.approx(other.return_after, abs=0.5)
     facts = json.loads((folder / "provenance.json").read_text())
     assert re.fullmatch("[0-9a-f]{40}", facts["commit"])
+    threads = torch.get_num_threads()
+    torch.set_num_threads(facts["threads"])
+    config = dataclasses.replace(stored.config, iterations=10)
+    replayed = runs.train_run(config, tmp_path / "again")
+    torch.set_num_threads(threads)
+    here = json.loads((tmp_path / "again/provenance.json").read_text())
+    if all(here[fact] == facts[fact] for fact in ("processor", "versions")):
+        assert without_time(replayed.curve) == without_time(stored.curve[:10])
+    for one, other in zip(replayed.curve[:2], stored.curve, strict=False):
+        assert one.return_before == pytest.approx(other.return_before, abs=0.5)
+        assert one.return_after == pytest.approx(other.return_after, abs=0.5)
+    for one, other in zip(replayed.curve, stored.curve, strict=False):
+        assert one.return_after == pytest.approx(other.return_after, abs=15)

@@ -12,23 +12,31 @@ from .notebook_04 import (
 )
 from .notebook_05 import conjugate_gradient, full_step, meta_gradient, supervised_meta_loss
 from .notebook_06 import adaptation_step, surrogate, warm_start_step
+from .notebook_07 import interquartile_mean, late_rise, resampled_runs
+from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
 
 __all__ = [
     "adaptation_step",
     "advantages",
     "assumption_numbers",
+    "averaged_log_density",
     "break_the_substitution",
     "conjugate_gradient",
     "discounted_returns",
     "episodes_needed",
     "full_step",
+    "interquartile_mean",
+    "late_rise",
     "likelihood_distance",
     "log_density",
     "meta_gradient",
     "nearest_distance",
+    "one_at_a_time",
     "performance_difference",
     "point_step",
     "reinforce_loss",
+    "resampled_runs",
+    "seed_differences",
     "steps_before_reward",
     "supervised_meta_loss",
     "surrogate",

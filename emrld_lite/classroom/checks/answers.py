@@ -8,10 +8,12 @@ as True or False.
 from __future__ import annotations
 
 import functools
+import math
 import traceback
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import torch
 
 Student = Callable[..., Any]
@@ -49,13 +51,37 @@ def answered(check: Callable[[Student], None]) -> Callable[[Student], bool]:
 
 def as_tensor(value: Any, shape: tuple[int, ...], what: str) -> torch.Tensor:
     """Return the student's value if it is a tensor of ``shape``; otherwise raise Wrong."""
-    if value is None:
-        raise Wrong(f"your function returned None. Does it end with `return`? Expected {what}.")
-    if not isinstance(value, torch.Tensor):
-        raise Wrong(f"expected {what} as a tensor, got {type(value).__name__}.")
+    return _of_shape(value, torch.Tensor, "a tensor", shape, what).detach().double()
+
+
+def as_array(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
+    """Return the student's value if it is a numpy array of ``shape``; otherwise raise Wrong."""
+    return _of_shape(value, np.ndarray, "an array", shape, what)
+
+
+def _of_shape(value: Any, kind: type, called: str, shape: tuple[int, ...], what: str) -> Any:
+    _given(value, what)
+    if not isinstance(value, kind):
+        raise Wrong(f"expected {what} as {called}, got {type(value).__name__}.")
     if value.shape != shape:
         raise Wrong(f"expected {what} of shape {tuple(shape)}, got {tuple(value.shape)}.")
-    return value.detach().double()
+    return value
+
+
+def _given(value: Any, what: str) -> None:
+    if value is None:
+        raise Wrong(f"your function returned None. Does it end with `return`? Expected {what}.")
+
+
+def as_number(value: Any, what: str) -> float:
+    """Return the student's value if it is a finite number; otherwise raise Wrong."""
+    _given(value, what)
+    if isinstance(value, str) or np.ndim(value) != 0:
+        raise Wrong(f"expected {what}, got {type(value).__name__}.")
+    number = float(value)
+    if not math.isfinite(number):
+        raise Wrong(f"expected {what}, got {number}.")
+    return number
 
 
 def close(one: torch.Tensor, other: torch.Tensor, tolerance: float = 1e-6) -> bool:

@@ -1,0 +1,406 @@
+"""Every number that the prose says of the stored runs is computed from them again.
+
+Covered are the README's findings, the ledger's rows named in CLAIMS, and in notebooks 07 and 08 each
+paragraph that begins with "**Measured.**" and the table of the paper's claims. A number that is added,
+taken away or changed fails here until its computation says the same.
+"""
+
+import re
+import tomllib
+from pathlib import Path
+
+import jupytext
+import numpy as np
+import pytest
+
+from emrld_lite.intervals import bootstrap_interval
+from emrld_lite.results import (
+    STEPS_SHOWN,
+    TITLES,
+    largest_fall,
+    late_rise,
+    run_scores,
+    seeds_of,
+    stored_seeds,
+    training_scores,
+)
+from emrld_lite.runs import SHIPPED, load_run
+from emrld_lite.studies import CONTROL, SENSITIVITY_END, STUDY_END, sensitivity_runs, switch_runs
+
+ROOT = Path(__file__).resolve().parent.parent
+NUMBER = re.compile(r"(?<![-\w.,/])([+-]?\d+(?:\.\d+)?)( ?%)?(?![\w/])")
+PLACES = r"(?:Figs?\.|Figures?|Section|Table|notebooks?) \d+(?:(?:,| to| and) \d+)*"
+NOT_A_RESULT = re.compile(rf"`[^`]*`|\$[^$]*\$|\[[^]]*\]\([^)]*\)|{PLACES}")
+
+
+def numbers(text):
+    """Return the numbers of a text, each with half a unit of its last digit."""
+    found = []
+    for number, percent in NUMBER.findall(NOT_A_RESULT.sub(" ", text.replace("−", "-"))):
+        unit = 0.01 if percent else 1.0
+        decimals = len(number.partition(".")[2])
+        found.append((unit * float(number), unit * 0.5 * 10.0**-decimals))
+    return found
+
+
+def measured_paragraphs(number):
+    """Return the paragraphs "**Measured.** ..." of a notebook by the tag of the code cell before them."""
+    (source,) = (ROOT / "notebooks").glob(f"{number}_*.py")
+    found, tag = {}, None
+    for cell in jupytext.read(source).cells:
+        if cell.cell_type == "code":
+            tag = next((t for t in cell.metadata.get("tags", []) if not t.startswith("nbval")), tag)
+            continue
+        for paragraph in cell.source.split("\n\n"):
+            if paragraph.startswith("**Measured.**"):
+                found[f"{number}#{tag}"] = paragraph
+    return found
+
+
+def findings():
+    """Return the README's findings by their bold beginnings."""
+    readme = (ROOT / "README.md").read_text().partition("## What holds and what does not")[2]
+    bullets = re.findall(r"^- \*\*(.+?)\*\*(.*?)(?=^- |^$)", readme, re.MULTILINE | re.DOTALL)
+    return {f"README#{lead.rstrip('.')}": lead + text for lead, text in bullets}
+
+
+def ledger():
+    """Return what the ledger's rows measured, by their ids."""
+    rows = tomllib.loads((ROOT / "data/paper_ledger.toml").read_text())["row"]
+    return {f"ledger#{row['id']}": row["measured"] for row in rows}
+
+
+PLENTIFUL = ("point2d", "two_wheeled")
+ELSEWHERE = (
+    ("point2d", "optimal", "emrld-ws"),
+    ("point2d", "suboptimal", "emrld-ws"),
+    ("two_wheeled", "suboptimal", "emrld"),
+    ("two_wheeled", "suboptimal", "emrld-ws"),
+)
+NOT_STORED = (
+    "README#Later adaptation steps need a smaller rate"  # evaluate --later-rate 1 prints it
+)
+OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
+EARNED = {"point2d": 80.9, "two_wheeled": 84.0, "half_cheetah": 237.0}  # data/README.md
+
+
+def scores(env, quality, name, step=None):
+    """Return the score of each seed on unseen tasks, by default after the steps the paper shows."""
+    seeds = stored_seeds(SHIPPED, env, quality)[name]
+    return run_scores(seeds, STEPS_SHOWN[quality] if step is None else step)
+
+
+def means(quality, *names):
+    """Return each algorithm's mean score in each world, world by world."""
+    return [scores(env, quality, name).mean() for env in TITLES for name in names]
+
+
+def best(quality):
+    """Return the best baseline's mean score in each world."""
+    return [max(scores(env, quality, name).mean() for name in BASELINES) for env in TITLES]
+
+
+def smallest_gap(quality):
+    """Return the least lower end of the intervals of our variants less the best baseline."""
+    lows = []
+    for env in TITLES:
+        table = {name: scores(env, quality, name) for name in BASELINES}
+        baseline = max(table.values(), key=np.mean)
+        lows += [bootstrap_interval([scores(env, quality, name)], [baseline]).low for name in OURS]
+    return min(lows)
+
+
+def falls(*names):
+    """Return the largest fall of the ten-iteration mean in each world, worst seed of the algorithms."""
+    found = []
+    for env in TITLES:
+        seeds = stored_seeds(SHIPPED, env, "optimal")
+        found.append(max(largest_fall(run) for name in names for run in seeds[name]))
+    return found
+
+
+def restricted(name):
+    """Return the intervals of optimal less sub-optimal data after one step, world by world."""
+    pairs = [[scores(env, quality, name, step=1) for quality in STEPS_SHOWN] for env in TITLES]
+    return [bootstrap_interval([good], [bad]) for good, bad in pairs]
+
+
+def share(quality, name):
+    """Return the share of the demonstrator's return, an interquartile mean over the worlds' runs."""
+    strata = [scores(env, quality, name) / EARNED[env] for env in TITLES]
+    return bootstrap_interval(strata).estimate
+
+
+def drift(name, step):
+    seeds = stored_seeds(SHIPPED, "two_wheeled_drift", "optimal")[name]
+    return run_scores(seeds, step).mean()
+
+
+def rise(env, quality, name):
+    """Return the steepest seed's rise over the last twenty iterations, as a share."""
+    return max(late_rise(run) for run in stored_seeds(SHIPPED, env, quality)[name]) / EARNED[env]
+
+
+def rise_at_250():
+    """Return what the rise of HalfCheetah's steepest sub-optimal run was at iteration 250."""
+    rises = []
+    for name in OURS:
+        seeds = stored_seeds(SHIPPED, "half_cheetah", "suboptimal")[name]
+        ends = [training_scores(seeds, end, window=20) for end in (250, 230)]
+        rises += list(ends[0] - ends[1])
+    return max(rises) / EARNED["half_cheetah"]
+
+
+def late(name, end=None):
+    """Return the mean return of a study's runs over the last ten iterations."""
+    return training_scores(seeds_of(SHIPPED, name), end).mean()
+
+
+def without_rl(env, quality, name):
+    """Return the interval of the late return without RL in the adaptation, less the control's."""
+    stem = f"ablation-{env}-{quality}-{name}-w_rl0.0"
+    sides = (seeds_of(SHIPPED, stem), seeds_of(SHIPPED, f"{env}-{quality}-{name}"))
+    without, control = (training_scores(seeds, STUDY_END) for seeds in sides)
+    return bootstrap_interval([without], [control])
+
+
+def weights(name, varied):
+    """Return the runs of a panel of Fig. 7 by the weight."""
+    return sensitivity_runs(SHIPPED, name, varied)
+
+
+def halfway(varied, value):
+    """Return the first iteration at which EMRLD's mean return over seeds is above 35."""
+    curves = [load_run(run).curve[:100] for run in weights("emrld", varied)[value]]
+    means_by_iteration = [
+        np.mean([row.return_after for row in rows]) for rows in zip(*curves, strict=True)
+    ]
+    return next(iteration for iteration, mean in enumerate(means_by_iteration) if mean > 35)
+
+
+def min_and_max(values):
+    ordered = sorted(values)
+    return ordered[0], ordered[-1]
+
+
+def span(name, varied):
+    """Return the largest less the smallest mean late return of a panel of Fig. 7."""
+    panel = sensitivity_runs(SHIPPED, name, varied)
+    late_means = [training_scores(seeds, SENSITIVITY_END).mean() for seeds in panel.values()]
+    return max(late_means) - min(late_means)
+
+
+def switch(label):
+    """Return the mean score of a switch's runs on unseen goals."""
+    return run_scores(switch_runs(SHIPPED)[label], 1).mean()
+
+
+def each(env, quality, name):
+    """Return the scores of the seeds, sorted."""
+    return sorted(scores(env, quality, name))
+
+
+def claim_ablation():
+    return [
+        late("ablation-optimal-w_bc0.0"),
+        late("point2d-optimal-emrld"),
+        late("point2d-optimal-maml"),
+        late("point2d-suboptimal-emrld", STUDY_END),
+        late("ablation-optimal-w_rl0.0"),
+        late("ablation-suboptimal-w_rl0.0"),
+    ]
+
+
+CLAIMS = {
+    "07#ahead-optimal": lambda: [
+        *means("optimal", *OURS),
+        *best("optimal"),
+        smallest_gap("optimal"),
+    ],
+    "07#monotone": lambda: [
+        max(falls(*OURS)),
+        min(falls("meta-bc")),
+        max(falls("meta-bc")),
+        *means("optimal", "gmps"),
+        scores("point2d", "optimal", "maml").mean(),
+        scores("half_cheetah", "optimal", "maml").mean(),
+        *each("two_wheeled", "optimal", "maml")[1:],
+        each("two_wheeled", "optimal", "maml")[0],
+        each("half_cheetah", "optimal", "meta-bc")[0],
+        each("half_cheetah", "optimal", "meta-bc")[-1],
+    ],
+    "07#ahead-suboptimal": lambda: [
+        *means("suboptimal", *OURS),
+        *best("suboptimal"),
+        smallest_gap("suboptimal"),
+    ],
+    "07#restricted-by-the-data": lambda: [
+        restricted("meta-bc")[0].estimate,
+        restricted("meta-bc")[1].estimate,
+        restricted("meta-bc")[2].low,
+        restricted("meta-bc")[2].high,
+        max(abs(gap.estimate) for gap in restricted("gmps")),
+    ],
+    "07#pooled": lambda: [
+        *[share(quality, name) for quality in STEPS_SHOWN for name in OURS],
+        *[max(share(quality, name) for name in BASELINES) for quality in STEPS_SHOWN],
+    ],
+    "07#drift-claims": lambda: [
+        *[drift(name, 1) for name in ("emrld", "emrld-ws", "maml")],
+        drift("maml", 0),
+        74.4,  # the demonstrator: data/paper_ledger.toml, experts
+        *[drift(name, 1) for name in ("meta-bc", "gmps")],
+    ],
+    "07#flattened": lambda: [
+        0.05,  # the line that was drawn
+        max(rise(env, q, name) for env in TITLES for q in STEPS_SHOWN for name in (*OURS, "maml")),
+        *(250, rise_at_250(), 400),
+        rise("two_wheeled", "optimal", "meta-bc"),
+        rise("two_wheeled", "optimal", "gmps"),
+    ],
+    "08#ablation-verdicts": claim_ablation,
+    "08#without-rl-elsewhere": lambda: [without_rl(*where).estimate for where in ELSEWHERE],
+    "08#sensitivity-verdicts": lambda: [
+        *[span(name, varied) for name in OURS for varied in ("w_rl", "w_bc")],
+        *(1, *[np.ptp(training_scores(weights(name, "w_bc")[1.0], 100)) for name in OURS]),
+        *(1, 35, halfway("w_bc", 1.0), 0.2, halfway("w_bc", 0.2)),
+        *min_and_max(halfway("w_rl", value) for value in (0.2, 0.4, 0.6, 0.8, 1.0)),
+    ],
+    "08#switch-verdicts": lambda: [
+        switch(CONTROL),
+        switch("first-order meta-gradient"),
+        switch("cloning loss summed"),
+    ],
+    "README#The paper's main claim holds": lambda: [max(falls(*OURS))],
+    "README#RL in the adaptation is not what makes it work": lambda: [
+        late("ablation-optimal-w_rl0.0"),
+        late("point2d-optimal-emrld"),
+        late("ablation-optimal-w_bc0.0"),
+    ],
+    "README#Changing dynamics: not reproduced": lambda: [
+        drift("maml", 1),
+        drift("emrld", 1),
+        drift("maml", 0),
+    ],
+    "README#The second-order meta-gradient and the mean in the cloning loss matter": lambda: [
+        switch("first-order meta-gradient"),
+        switch("cloning loss summed"),
+        switch(CONTROL),
+    ],
+    "README#The baselines had their chance": lambda: [
+        *(240, 12, 24),  # goals in the plentiful data and in the others
+        *[run_scores([SHIPPED / f"{env}-plentiful-meta-bc-seed0"], 1)[0] for env in PLENTIFUL],
+    ],
+    "README#MAML does not fail everywhere": lambda: [
+        each("two_wheeled", "optimal", "maml")[1],
+        scores("half_cheetah", "optimal", "maml").mean(),
+    ],
+    "README#Meta-BC half works on HalfCheetah": lambda: [
+        end
+        for quality in STEPS_SHOWN
+        for name in ("meta-bc", "emrld")
+        for end in each("half_cheetah", quality, name)[::2]
+    ],
+    "README#A copy of sub-optimal TwoWheeled data": lambda: [],
+    "README#A starved trust region costs a seed": lambda: [
+        *sorted(training_scores(seeds_of(SHIPPED, "starved-two_wheeled-suboptimal-emrld"))),
+        late("two_wheeled-suboptimal-emrld", STUDY_END),
+    ],
+    "ledger#fisher-product": lambda: [
+        *(200, 0.1),  # the defaults of TrustRegion
+        *(50, 6, 150),  # data/grids/switches.toml
+        *sorted(training_scores(seeds_of(SHIPPED, "starved-two_wheeled-suboptimal-emrld"))),
+        late("two_wheeled-suboptimal-emrld", STUDY_END),
+    ],
+    "ledger#claim-emrld-learns": lambda: [
+        *(20, *means("optimal", *OURS)[:2], best("optimal")[0]),
+        *(*means("optimal", *OURS)[2:4], best("optimal")[1]),
+        *(*means("optimal", *OURS)[4:], best("optimal")[2]),
+        np.floor(smallest_gap("optimal")),
+    ],
+    "ledger#claim-monotone": lambda: [
+        max(falls(*OURS)),
+        18,
+        min(falls("meta-bc")),
+        max(falls("meta-bc")),
+    ],
+    "ledger#claim-suboptimal": lambda: [
+        *(*means("suboptimal", *OURS)[:2], best("suboptimal")[0]),
+        *(*means("suboptimal", *OURS)[2:4], best("suboptimal")[1]),
+        *(*means("suboptimal", *OURS)[4:], best("suboptimal")[2]),
+        np.floor(smallest_gap("suboptimal")),
+    ],
+    "ledger#claim-one-step": lambda: [
+        *(0.9, 20),  # tests/test_runs.py::test_one_step_on_unseen_goals_gives_nine_tenths
+        *each("two_wheeled", "optimal", "emrld")[::2],
+        *each("two_wheeled", "optimal", "emrld-ws")[::2],
+        *each("half_cheetah", "optimal", "emrld")[::2],
+        *each("half_cheetah", "optimal", "emrld-ws")[::2],
+    ],
+    "ledger#claim-maml-fails": lambda: [
+        150,
+        *sorted(training_scores(seeds_of(SHIPPED, "point2d-optimal-maml")))[::2],
+        *sorted(training_scores(seeds_of(SHIPPED, "point2d-optimal-maml-xavier")))[::2],
+        scores("point2d", "optimal", "maml").mean(),
+        *each("two_wheeled", "optimal", "maml")[::2],
+        scores("half_cheetah", "optimal", "maml").mean(),
+    ],
+    "ledger#claim-gmps-fails": lambda: means("optimal", "gmps"),
+    "ledger#claim-meta-bc-fails": lambda: [
+        *means("optimal", "meta-bc")[:2],
+        min(falls("meta-bc")[:2]),
+        *(1, 0.02),  # nats: tests/test_results.py::test_meta_bc_is_unstable, and TRPO's bound
+        *(240, 12, 24),
+        *each("half_cheetah", "optimal", "meta-bc")[::2],
+    ],
+    "ledger#claim-bad-data-limits-cloning": lambda: [
+        *[gap.estimate for gap in restricted("meta-bc")[:2]],
+        restricted("meta-bc")[2].low,
+        restricted("meta-bc")[2].high,
+        max(abs(gap.estimate) for gap in restricted("gmps")),
+    ],
+    "ledger#claim-drift": lambda: [
+        20,
+        *[drift(name, 1) for name in (*OURS, "maml")],
+        drift("maml", 0),
+        *[drift(name, 1) for name in ("meta-bc", "gmps")],
+    ],
+    "ledger#claim-sensitivity": lambda: [
+        *(91, 100),
+        *[span(name, varied) for name in OURS for varied in ("w_rl", "w_bc")],
+        *(35, halfway("w_bc", 1.0), 1, halfway("w_bc", 0.2), 0.2),
+    ],
+    "ledger#claim-ablation-cloning": lambda: [141, 150, *claim_ablation()[:4]],
+    "ledger#claim-ablation-rl": lambda: [
+        late("ablation-optimal-w_rl0.0"),
+        late("point2d-optimal-emrld"),
+        late("ablation-suboptimal-w_rl0.0"),
+        late("point2d-suboptimal-emrld", STUDY_END),
+    ],
+    "ledger#switches": lambda: [20, *map(switch, switch_runs(SHIPPED))],
+}
+
+
+def said():
+    """Return every text with claims by its key."""
+    return measured_paragraphs("07") | measured_paragraphs("08") | findings() | ledger()
+
+
+@pytest.mark.parametrize("key", sorted(CLAIMS))
+def test_the_prose_says_what_the_runs_say(key):
+    stated, computed = numbers(said()[key]), CLAIMS[key]()
+    shown = f"{[number for number, _ in stated]} stated, {[round(float(c), 3) for c in computed]} computed"
+    assert len(stated) == len(computed), shown
+    for (number, half_a_unit), value in zip(stated, computed, strict=True):
+        assert abs(number - value) <= half_a_unit + 1e-9, shown
+
+
+def test_every_finding_is_covered():
+    texts = measured_paragraphs("07") | measured_paragraphs("08") | findings()
+    covered = {key for key in CLAIMS if not key.startswith("ledger")} | {NOT_STORED}
+    assert set(texts) == covered
+
+
+def test_numbers_are_found_as_they_are_written():
+    text = "Point2D (Fig. 3, notebook 05): `x 9`, $w_1$ earns 74.5 and −9.0, or 3 % of 150 steps."
+    assert numbers(text) == [(74.5, 0.05), (-9.0, 0.05), (0.03, 0.005), (150.0, 0.5)]

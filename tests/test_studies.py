@@ -1,0 +1,123 @@
+"""The stored runs are those of the grids, and each study varies what it says and nothing else."""
+
+import dataclasses
+import os
+
+import pytest
+
+from emrld_lite import runs, studies
+from emrld_lite.grid import load_grid
+from emrld_lite.results import run_scores, seeds_of, training_scores
+from emrld_lite.runs import SHIPPED, differences, load_config
+from emrld_lite.validation import InputError
+
+GRIDS = sorted((SHIPPED.parent / "grids").glob("*.toml"))
+SWITCHED = {
+    "sigma fixed at 1": ["learn_sigma"],
+    "steps of length exactly 0.1": ["step_rule"],
+    "log-density averaged over dimensions": ["adapt_lr"],
+    "cloning loss summed": ["bc_reduction"],
+    "first-order meta-gradient": ["second_order"],
+    "aliased conjugate gradient": ["trust_region"],
+    "reward of 1e-5 elsewhere": ["reward_elsewhere"],
+    "advantages not normalised": ["normalise"],
+}
+
+
+@pytest.mark.parametrize("path", GRIDS, ids=lambda path: path.stem)
+def test_every_run_of_a_grid_is_stored_with_its_settings(path):
+    for name, config in load_grid(path).items():
+        assert differences(config, load_config(SHIPPED / name)) == [], name
+        assert len(runs.load_run(SHIPPED / name).curve) == config.iterations, name
+
+
+def test_every_stored_run_is_in_a_grid():
+    planned = {name for path in GRIDS for name in load_grid(path)}
+    assert {folder.name for folder in SHIPPED.iterdir()} == planned
+
+
+def test_the_stored_runs_are_small_enough_to_clone():
+    sizes = [os.path.getsize(path) for path in SHIPPED.rglob("*") if path.is_file()]
+    assert sum(sizes) < 60e6
+
+
+def test_a_switch_changes_one_thing_and_no_seed():
+    studied = studies.switch_runs(SHIPPED)
+    control = {run.name[-1]: load_config(run) for run in studied.pop(studies.CONTROL)}
+    assert set(studied) == set(SWITCHED)
+    for label, seeds in studied.items():
+        assert len(seeds) == len(control) == 3
+        for run in seeds:
+            config = load_config(run)
+            assert differences(config, control[run.name[-1]]) == SWITCHED[label]
+
+
+@pytest.mark.parametrize("algorithm", ["emrld", "emrld-ws"])
+@pytest.mark.parametrize("varied", ["w_rl", "w_bc"])
+def test_a_panel_of_the_sensitivity_varies_one_weight(algorithm, varied):
+    panel = studies.sensitivity_runs(SHIPPED, algorithm, varied)
+    assert list(panel) == [0.2, 0.4, 0.6, 0.8, 1.0]
+    for value, seeds in panel.items():
+        assert len(seeds) == 3
+        for run in seeds:
+            config = load_config(run)
+            rule = config.adaptation("optimal")
+            weights = {"w_rl": rule.w_rl, "w_bc": rule.w_bc}
+            assert weights.pop(varied) == value
+            assert set(weights.values()) == {1.0}
+            assert (config.env, config.demos, config.algorithm) == ("point2d", "optimal", algorithm)
+
+
+@pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
+def test_a_panel_of_the_ablation_leaves_out_one_loss(quality):
+    panel = studies.ablation_runs(SHIPPED, quality)
+    w_rl = {"optimal": 0.2, "suboptimal": 1.0}[quality]
+    expected = {"EMRLD": (w_rl, 1.0), "w_bc = 0": (w_rl, 0.0), "w_rl = 0": (0.0, 1.0)}
+    for label, seeds in panel.items():
+        assert len(seeds) == 3
+        rules = [load_config(run).adaptation(quality) for run in seeds]
+        assert {(rule.w_rl, rule.w_bc, rule.warm_start) for rule in rules} == {
+            (*expected[label], False)
+        }
+    assert list(panel) == list(expected)
+
+
+def test_a_study_of_nothing_is_empty(tmp_path):
+    assert studies.switch_runs(tmp_path) == {}
+    assert studies.ablation_runs(tmp_path, "optimal") == {}
+    with pytest.raises(InputError, match="known: w_bc, w_rl"):
+        studies.sensitivity_runs(tmp_path, "emrld", "w_il")
+
+
+def test_a_run_that_is_too_short_is_not_compared():
+    seeds = seeds_of(SHIPPED, "point2d-optimal-emrld")
+    assert training_scores(seeds, 100).shape == (3,)
+    with pytest.raises(InputError, match="expected 1000 iterations, got 150"):
+        training_scores(seeds, 1000)
+
+
+@pytest.mark.parametrize("score", [training_scores, lambda runs: run_scores(runs, 1)])
+def test_no_runs_have_no_scores(score):
+    with pytest.raises(InputError, match="at least one stored run"):
+        score([])
+
+
+def test_a_step_that_was_not_tested_is_refused():
+    with pytest.raises(InputError, match="expected rows of step 9, got none"):
+        run_scores(seeds_of(SHIPPED, "point2d-optimal-emrld"), 9)
+
+
+def test_the_late_return_is_the_mean_of_its_ten_iterations():
+    (seed, *_) = seeds_of(SHIPPED, "point2d-optimal-emrld")
+    lines = (seed / "curve.csv").read_text().splitlines()
+    column = lines[0].split(",").index("return_after")
+    late = [float(line.split(",")[column]) for line in lines[91:101]]  # iterations 90 to 99
+    assert training_scores([seed], 100)[0] == pytest.approx(sum(late) / 10)
+
+
+def test_averaging_the_log_density_is_half_the_rate():
+    averaged = load_grid(SHIPPED.parent / "grids/switches.toml")[
+        "switch-averaged-log-density-seed0"
+    ]
+    control = dataclasses.replace(averaged, adapt_lr=0.01)
+    assert averaged.adapt_lr == control.adapt_lr / control.environment().action_dim
