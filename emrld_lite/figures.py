@@ -217,9 +217,13 @@ def _study(
 
 
 def switches(folder: Path) -> Figure:
-    """Draw what each switch of the ledger does to EMRLD-WS's return on unseen goals, against the control."""
+    """Draw what each switch of the ledger leaves of EMRLD-WS's return on unseen goals.
+
+    A row a switch, the control first; one that is stored with a single seed has no interval, and is
+    left out.
+    """
     figure, axes = plt.subplots(figsize=(7.2, 3.6))
-    stored = switch_runs(folder)
+    stored = {name: seeds for name, seeds in switch_runs(folder).items() if len(seeds) > 1}
     if not stored:
         _none_stored(axes)
         return figure

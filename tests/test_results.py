@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import shutil
 
 import numpy as np
 import pytest
@@ -194,6 +195,16 @@ def test_the_demonstrations_stand_by_world_and_quality():
     titles = [axes.get_title() for axes in figures.demonstrations().axes]
     assert titles[0] == "Point2D, optimal"
     assert titles[-1] == "HalfCheetah, suboptimal"
+
+
+@pytest.mark.parametrize(
+    "draw", [figures.drift, figures.sensitivity, figures.ablation, figures.switches]
+)
+def test_a_folder_with_one_run_draws_what_it_can(tmp_path, draw):
+    name = "point2d-optimal-emrld-ws-seed0"
+    shutil.copytree(runs.SHIPPED / name, tmp_path / name)
+    texts = [text.get_text() for axes in draw(tmp_path).axes for text in axes.texts]
+    assert set(texts) == {"no stored runs"}
 
 
 def test_a_folder_without_runs_says_so(tmp_path):
