@@ -9,7 +9,7 @@ import torch
 
 from emrld_lite.__main__ import main
 from emrld_lite.demonstrations import load
-from emrld_lite.figures import returns_by_step
+from emrld_lite.results import returns_by_step
 from emrld_lite.runs import SHIPPED
 
 OPTIMAL = ["demos", "--env", "point2d", "--quality", "optimal"]
@@ -56,10 +56,10 @@ def test_an_evaluation_says_how_later_steps_went(tmp_path):
     run_folder = SHIPPED / "point2d-suboptimal-emrld-seed0"
     tables = {}
     for rate in ("0.1", "1"):
-        out = tmp_path / f"{rate}.csv"
+        out = tmp_path / rate / "unseen.csv"
         main(["evaluate", "--run", str(run_folder), "--tasks", "5", "--episodes", "5", "--steps",
               "2", "--later-rate", rate, "--out", str(out)])  # fmt: skip
-        tables[rate] = returns_by_step(out)
+        tables[rate] = returns_by_step(out.parent)
     assert tables["0.1"][1] == tables["1"][1] > 50
     assert tables["0.1"][2] > tables["1"][2]
 
