@@ -76,6 +76,7 @@ ELSEWHERE = (
     ("point2d", "suboptimal", "emrld-ws"),
     ("two_wheeled", "suboptimal", "emrld"),
     ("two_wheeled", "suboptimal", "emrld-ws"),
+    ("half_cheetah", "suboptimal", "emrld", 250),
 )
 NOT_STORED = (
     "README#Later adaptation steps need a smaller rate"  # evaluate --later-rate 1 prints it
@@ -156,11 +157,11 @@ def late(name, end=None):
     return training_scores(seeds_of(SHIPPED, name), end).mean()
 
 
-def without_rl(env, quality, name):
+def without_rl(env, quality, name, end=STUDY_END):
     """Return the interval of the late return without RL in the adaptation, less the control's."""
     stem = f"ablation-{env}-{quality}-{name}-w_rl0.0"
     sides = (seeds_of(SHIPPED, stem), seeds_of(SHIPPED, f"{env}-{quality}-{name}"))
-    without, control = (training_scores(seeds, STUDY_END) for seeds in sides)
+    without, control = (training_scores(seeds, end) for seeds in sides)
     return bootstrap_interval([without], [control])
 
 
