@@ -462,8 +462,8 @@ print("with the released code's start of the network it ends under 1, with every
 # - The meta-gradient goes through that step; finite differences agree.
 # - EMRLD-WS reaches a return of 70 on twelve sparse tasks in about a minute; MAML stays at a tenth of it.
 #
-# **Next** train it yourself: `python -m emrld_lite train --help`, then adapt to goals it has never seen with
-# `python -m emrld_lite evaluate`.
+# **Next** [notebook 07](07_results.ipynb): the whole comparison, and how far to trust it. Or train it yourself: `python -m emrld_lite train --help`,
+# then adapt to goals it has never seen with `python -m emrld_lite evaluate`.
 #
 # **References** Finn, Abbeel and Levine (2017), *Model-agnostic meta-learning*; Schulman et al. (2015), *Trust region
 # policy optimization*; Rengarajan et al. (2022), the paper.
