@@ -43,6 +43,7 @@ from emrld_lite.demonstrations import find
 from emrld_lite.intervals import BEHIND, EVEN, bootstrap_interval, verdict
 from emrld_lite.intervals import interquartile_mean as package_mean
 from emrld_lite.results import (
+    EARNED,
     STEPS_SHOWN,
     TITLES,
     largest_fall,
@@ -345,14 +346,13 @@ assert all(gap.low > 0 for gap in suboptimal.values())
 # each must do better with optimal data than with sub-optimal.
 
 # %% tags=["restricted-by-the-data"]
-restricted = {}
 for env, title in TITLES.items():
     for name in ("meta-bc", "gmps"):
         good, bad = (
             run_scores(stored_seeds(runs.SHIPPED, env, quality)[name], step=1)
             for quality in STEPS_SHOWN
         )
-        gap = restricted[env, name] = bootstrap_interval([good], [bad])
+        gap = bootstrap_interval([good], [bad])
         print(
             f"{title:12}{plots.label(name):8} optimal less sub-optimal: {gap:+6.1f}   {verdict(gap)}"
         )
@@ -367,12 +367,11 @@ for env, title in TITLES.items():
 
 # %% tags=["pooled"]
 figure, axes = plt.subplots(figsize=(6.4, 3.2))
-earned = {"point2d": 80.9, "two_wheeled": 84.0, "half_cheetah": 237.0}  # data/README.md
 pooled = {}
 for shift, (quality, step) in zip((-0.12, 0.12), STEPS_SHOWN.items(), strict=True):
     for place, name in enumerate(ALGORITHMS):
         seeds = {env: stored_seeds(runs.SHIPPED, env, quality)[name] for env in TITLES}
-        strata = [run_scores(seeds[env], step) / earned[env] for env in TITLES]
+        strata = [run_scores(seeds[env], step) / EARNED[env] for env in TITLES]
         share = pooled[quality, name] = bootstrap_interval(strata)
         look = {key: plots.LOOKS[name][key] for key in ("color", "marker")}
         filled = {} if quality == "optimal" else {"markerfacecolor": "white"}
@@ -463,7 +462,7 @@ for env, title in TITLES.items():
         cells = []
         for quality in STEPS_SHOWN:
             seeds = stored_seeds(runs.SHIPPED, env, quality)[name]
-            cells.append(max(package_rise(run) for run in seeds) / earned[env])
+            cells.append(max(package_rise(run) for run in seeds) / EARNED[env])
         rises[env, name] = cells
         print(f"{title:14}{plots.label(name):36}" + "".join(f"{cell:>10.1%}" for cell in cells))
 over = {run for run, cells in rises.items() if max(cells) > 0.05}

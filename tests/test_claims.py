@@ -15,6 +15,7 @@ import pytest
 
 from emrld_lite.intervals import bootstrap_interval
 from emrld_lite.results import (
+    EARNED,
     STEPS_SHOWN,
     TITLES,
     largest_fall,
@@ -82,7 +83,6 @@ NOT_STORED = (
     "README#Later adaptation steps need a smaller rate"  # evaluate --later-rate 1 prints it
 )
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
-EARNED = {"point2d": 80.9, "two_wheeled": 84.0, "half_cheetah": 237.0}  # data/README.md
 
 
 def scores(env, quality, name, step=None):
