@@ -12,17 +12,23 @@ from __future__ import annotations
 
 import argparse
 import base64
+import contextlib
+import math
 import os
+import queue
 import re
 import shutil
 import sys
 import tempfile
+import time
+from collections.abc import Awaitable, Callable
 from html import escape
 from pathlib import Path
 
 import jupyter_server_mathjax
 import jupytext
 import nbformat
+from jupyter_client import KernelClient
 from nbclient import NotebookClient
 from nbconvert import HTMLExporter
 
@@ -62,10 +68,37 @@ def read(source: Path) -> nbformat.NotebookNode:
     return notebook
 
 
+class PatientClient(NotebookClient):
+    """A client that looks for messages every second: a wake-up from pyzmq to asyncio can get lost.
+
+    Without it, one build in some thirty waited to CELL_TIMEOUT for a reply that had come.
+    """
+
+    async def async_start_new_kernel_client(self) -> KernelClient:
+        """Return the kernel's client, its channels made patient."""
+        client = await super().async_start_new_kernel_client()
+        for channel in (client.shell_channel, client.iopub_channel):
+            channel.get_msg = looking_again(channel.get_msg)
+        return client
+
+
+def looking_again(get_message: Callable[..., Awaitable[dict]]) -> Callable[..., Awaitable[dict]]:
+    """Return the same function, asking once a second until its timeout is over."""
+
+    async def patiently(timeout: float | None = None) -> dict:
+        deadline = math.inf if timeout is None else time.monotonic() + timeout
+        while (left := deadline - time.monotonic()) > 1.0:
+            with contextlib.suppress(queue.Empty):
+                return await get_message(timeout=1.0)
+        return await get_message(timeout=max(0.0, left))
+
+    return patiently
+
+
 def execute(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
     """Run every cell from the top in a fresh kernel; widget views are stripped afterwards."""
     os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")
-    client = NotebookClient(
+    client = PatientClient(
         notebook,
         timeout=CELL_TIMEOUT,
         kernel_name="python3",
