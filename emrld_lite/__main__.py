@@ -5,21 +5,30 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
 import tyro
 from tqdm import tqdm
 
-from . import bench as benchmark
 from . import demonstrations as demonstration_files
-from . import demonstrator, machine, reports, results, runs
-from . import figures as paper_figures
-from .config import TrainConfig
+from .config import EnvironmentName, TrainConfig
+from .demonstrations import QualityName
+from .demonstrators import recipes
+from .demonstrators.expert import ExpertConfig, expert_config, save_expert
 from .envs import make
-from .evaluate import LATER_RATE, evaluate_run, testing_demonstrations, write_evaluation
-from .expert import ExpertConfig, expert_config
-from .grid import load_grid
+from .evaluate import LATER_RATE
+from .experiments import bench as benchmark
+from .experiments import machine, paper_figures, reports, results, runs
+from .experiments.evaluation import (
+    STEPS,
+    UNSEEN_TASKS,
+    evaluate_run,
+    testing_demonstrations,
+    write_evaluation,
+)
+from .experiments.grid import load_grid
 from .policy import Params
 from .train import Iterate
 from .validation import InputError, ends_in, positive_count, real_number, usable_device
@@ -33,8 +42,8 @@ INTERRUPTED = 130  # the shell's exit code for Ctrl-C
 
 
 def demos(
-    env: str,
-    quality: str,
+    env: EnvironmentName,
+    quality: QualityName,
     out: Path,
     seed: int = 0,
     expert_out: Path | None = None,
@@ -42,10 +51,10 @@ def demos(
     tasks: int | None = None,
     noise: float | None = None,
 ) -> None:
-    """Make demonstrations with a goal-conditioned expert, one a task; by default train it anew.
+    """Make demonstrations with a goal-conditioned expert, one per task; by default train it anew.
 
     Args:
-        env: point2d, two_wheeled, half_cheetah or two_wheeled_drift
+        env: environment of the tasks
         quality: optimal, or suboptimal (partly trained, noisy, beginning or end cut off)
         out: demonstration file to write, .npz
         seed: seed of the expert and of the demonstrations
@@ -56,9 +65,9 @@ def demos(
     """
     _set_threads(threads, asked=threads)
     config = expert_config(env, seed)
-    chosen = demonstrator.recipe(env, quality)
+    recipe = recipes.recipe_for(env, quality)
     if noise is not None:
-        chosen = replace(chosen, action_noise=real_number("noise", noise, minimum=0.0))
+        recipe = replace(recipe, action_noise=real_number("noise", noise, minimum=0.0))
     ends_in("out", out, ".npz")
     if tasks is None:
         wanted, expert = make(env).training_tasks(), _train_expert(config, quality)
@@ -66,18 +75,18 @@ def demos(
         if expert_out is not None:
             raise InputError("expert_out: expected none with --tasks, which trains no expert")
         wanted = make(env).test_tasks(tasks, np.random.default_rng(seed))
-        expert = demonstrator.load_or_train_expert(env, quality)
-    made = demonstrator.demonstrate(expert, env, wanted, quality, seed, chosen)
+        expert = recipes.load_or_train_expert(env, quality)
+    made = recipes.demonstrate(expert, env, wanted, quality, seed, recipe)
     demonstration_files.save(out, made)
     if expert_out is not None:
-        demonstrator.save_expert(expert_out, expert, config, quality)
+        save_expert(expert_out, expert, config, quality)
     print(f"{out}: {len(wanted)} {quality} demonstrations. {made.maker}")
 
 
 def _train_expert(config: ExpertConfig, quality: str) -> Params:
     """Return the policy of a newly trained expert, with a bar that shows its progress."""
     with tqdm(total=config.iterations, unit="iteration", desc=f"{config.env} {quality}") as bar:
-        for iterate in demonstrator.train_to_quality(config, quality):
+        for iterate in recipes.train_to_quality(config, quality):
             bar.set_postfix_str(f"success {iterate.success:.2f}")
             bar.update()
     return iterate.params
@@ -88,7 +97,7 @@ def train(
     out: Path,
     resume: bool = False,
     threads: int | None = None,
-    device: str = "cpu",
+    device: Literal["cpu", "cuda"] = "cpu",
 ) -> None:
     """Meta-train and store the run: config.json, curve.csv, policy.safetensors, provenance.json.
 
@@ -97,7 +106,7 @@ def train(
         out: folder of the run
         resume: go on with a run that was stopped or killed
         threads: CPU threads; by default those of the resumed run, else 2 where that is faster than 1
-        device: cpu or cuda
+        device: where torch computes
     """
     _set_threads(threads or (machine.stored_threads(out) if resume else None), asked=threads)
     usable_device(device)
@@ -122,22 +131,22 @@ def train(
 def evaluate(
     run: Path,
     out: Path,
-    tasks: int = 20,
-    steps: int = 3,
-    episodes: int = 20,
+    tasks: int = UNSEEN_TASKS,
+    steps: int = STEPS,
+    episodes: int = TrainConfig.episodes,
     seed: int = 0,
     demos: str | None = None,
     later_rate: float = LATER_RATE,
     threads: int = 1,
 ) -> None:
-    """Adapt a stored meta-policy to unseen tasks, one demonstration each, fresh rollouts a step.
+    """Adapt a stored meta-policy to unseen tasks, one demonstration each, fresh rollouts per step.
 
     Args:
         run: folder of a stored run
         out: table to write, .csv: task, goal, step, return, success, steps_to_goal
         tasks: number of unseen tasks
         steps: adaptation steps; the table has steps 0 (the meta-policy) to this
-        episodes: episodes a task and step
+        episodes: episodes per task and step
         seed: seed of the tasks and of every draw
         demos: a demonstration file with test tasks; by default the workbook's expert makes them
         later_rate: length of the steps after the first, which training knows, in units of the first
@@ -161,14 +170,19 @@ def bench(
     iterations: int = 5,
     threads: int | None = None,
     tasks: tuple[int, ...] = (12, 24, 48, 96),
+    walk: bool = False,
 ) -> None:
-    """Measure seconds a meta-iteration by part, steps a second, memory, growth, and MuJoCo's overhead.
+    """Measure seconds per meta-iteration by part, steps per second, memory, growth, MuJoCo's overhead.
 
     Args:
         iterations: meta-iterations to time, at full-length episodes
         threads: CPU threads; by default 2 where that is faster than 1
         tasks: numbers of tasks for the growth
+        walk: print instead which functions one meta-iteration calls, in order, with file and line
     """
+    if walk:
+        print(*benchmark.walk(), sep="\n")
+        return
     _set_threads(threads, asked=threads)
     benchmark.report(positive_count("iterations", iterations), tasks)
     benchmark.report_cheetah()
@@ -198,10 +212,10 @@ def sweep(
     Args:
         grid: TOML file of [[runs]] blocks; an option of train is a value or a list of values
         out: folder for the runs
-        workers: local worker processes, by default one a core
+        workers: local worker processes, by default one per core
         scheduler: address of a running Dask scheduler, such as tcp://host:8786
     """
-    from .sweep import sweep as make_runs  # Dask is only needed here  # noqa: PLC0415
+    from .experiments.sweep import sweep as make_runs  # Dask is only needed here  # noqa: PLC0415
 
     outcome = make_runs(load_grid(grid), out, workers, scheduler)
     print(f"{out}: {len(outcome.made)} runs made, {len(outcome.kept)} were there already")

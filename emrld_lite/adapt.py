@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import get_args
 
 import torch
+from jaxtyping import Bool
+from torch import Tensor
 
 from .demonstrations import Demonstrations
-from .losses import bc_loss, rl_loss
-from .policy import Params, detach, has_task_axis, per_task, take_params
-from .rollout import Rollout, take
-from .validation import InputError, known, real_number
+from .losses import REDUCTION, Reduction, bc_loss, rl_loss
+from .policy import Params, detach, per_task, take_params
+from .rollout import PerTask, Rollout
+from .validation import InputError, check_choice, real_number
 
 LARGEST = 1e6  # of a parameter with which a policy can act: its outputs then fit into float32
 TASKS_AT_ONCE = 4  # measured: enough work for the cores, small enough for their caches
@@ -29,138 +32,142 @@ class Adaptation:
     warm_start: bool = False
     """Whether one cloning step comes first (EMRLD-WS)."""
     adapt_lr: float = 0.01
-    """alpha, the step length (Table 2)."""
-    bc_reduction: str = "mean"
-    """"mean" over the demonstration's steps (released code) or their "sum" (paper)."""
+    """alpha, the adaptation's learning rate (Table 1)."""
+    bc_reduction: Reduction = REDUCTION
+    """Mean over the demonstration's steps (released code) or their sum (paper)."""
     second_order: bool = True
-    """Whether the meta-gradient sees that the step's own gradient depends on where it is taken."""
+    """Whether the meta-gradient goes through the adaptation's gradient (paper) or stops at it."""
 
     def __post_init__(self) -> None:
         real_number("w_rl", self.w_rl, minimum=0.0)
         real_number("w_bc", self.w_bc, minimum=0.0)
         real_number("adapt_lr", self.adapt_lr, minimum=0.0)
-        known("bc_reduction", self.bc_reduction, ("mean", "sum"))
+        check_choice("bc_reduction", self.bc_reduction, get_args(Reduction))
         if self.w_rl == 0.0 and self.w_bc == 0.0:
             raise InputError("w_rl and w_bc: expected one of them above 0, got 0 for both")
 
 
-def gradient_step(
-    loss: Callable[[Params], torch.Tensor],
+def adapt(
     params: Params,
-    learning_rate: float,
-    keep_graph: bool,
-    second_order: bool = True,
+    before: Rollout,
+    demonstrations: Demonstrations,
+    rule: Adaptation,
+    keep_graph: bool = False,
 ) -> Params:
-    """Return params - learning_rate * gradient of ``loss``, for every task at once.
+    """Return ``task_params``: theta_i = theta - alpha grad(w_rl L^RL_i + w_bc L^BC_i), warm start first.
 
-    ``loss`` maps ``task_params`` to one number a task, (task,). With ``keep_graph`` the result can
-    be differentiated with respect to ``params``, second-order terms included unless they are not
-    wanted; without it the result is cut from its history.
+    ``before`` is D^tr with its advantages, collected with ``warm_start(params, ...)``. With
+    ``keep_graph`` the result can be differentiated with respect to ``params``. Tasks do not touch
+    each other, so they are taken a few at a time.
     """
-    if not keep_graph:
-        params = detach(params, requires_grad=True)
-    with torch.enable_grad():
-        gradients = torch.autograd.grad(
-            loss(params).sum(), list(params.values()), create_graph=keep_graph and second_order
+    parts = [
+        adapt_together(
+            take_params(params, tasks),
+            before.take(tasks),
+            demonstrations.take(tasks),
+            rule,
+            keep_graph,
         )
-    stepped = {
-        name: value - learning_rate * gradient
-        for (name, value), gradient in zip(params.items(), gradients, strict=True)
-    }
-    return stepped if keep_graph else detach(stepped)
+        for tasks in task_slices(len(before.rewards), before.rewards[0].numel())
+    ]
+    return {name: torch.cat([part[name] for part in parts]) for name in params}
+
+
+def adapt_together(
+    params: Params,
+    before: Rollout,
+    demonstrations: Demonstrations,
+    rule: Adaptation,
+    keep_graph: bool,
+) -> Params:
+    """Return what ``adapt`` returns, for all tasks in one batch."""
+
+    def loss(task_params: Params) -> PerTask:
+        total = before.rewards.new_zeros(len(before.rewards))
+        if rule.w_rl:
+            total = total + rule.w_rl * rl_loss(task_params, before)
+        if rule.w_bc:
+            total = total + rule.w_bc * bc_loss(task_params, demonstrations, rule.bc_reduction)
+        return total
+
+    start = per_task(warm_start(params, demonstrations, rule, keep_graph), len(before.rewards))
+    return gradient_step(loss, start, rule.adapt_lr, keep_graph, rule.second_order)
 
 
 def warm_start(
-    params: Params,
-    demonstrations: Demonstrations,
-    adaptation: Adaptation,
-    keep_graph: bool = False,
+    params: Params, demonstrations: Demonstrations, rule: Adaptation, keep_graph: bool = False
 ) -> Params:
     """Return the parameters that collect D^tr: EMRLD-WS's one cloning step, or ``params`` unchanged.
 
     Section 3, last paragraph: theta~ = theta - alpha grad L^BC.
     """
-    if not adaptation.warm_start:
+    if not rule.warm_start:
         return params
 
-    def loss(task_params: Params) -> torch.Tensor:
-        return bc_loss(task_params, demonstrations, adaptation.bc_reduction)
+    def loss(task_params: Params) -> PerTask:
+        return bc_loss(task_params, demonstrations, rule.bc_reduction)
 
     start = per_task(params, len(demonstrations.tasks))
-    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph, adaptation.second_order)
+    return gradient_step(loss, start, rule.adapt_lr, keep_graph, rule.second_order)
 
 
-def adapt(
-    params: Params,
-    rollout: Rollout,
-    demonstrations: Demonstrations,
-    adaptation: Adaptation,
-    keep_graph: bool = False,
-) -> Params:
-    """Return ``task_params``: theta_i = theta - alpha grad(w_rl L^RL_i + w_bc L^BC_i), warm start first.
-
-    ``rollout`` is D^tr with its advantages, collected with ``warm_start(params, ...)``. Tasks do not
-    touch each other, so without a graph to keep they are worked off a few at a time: memory then
-    does not grow with their number.
-    """
-
-    if keep_graph:
-        return _adapt(params, rollout, demonstrations, adaptation, keep_graph=True)
-    parts = [
-        _adapt(
-            take_params(params, tasks),
-            take(rollout, tasks),
-            demonstrations.take(tasks),
-            adaptation,
-            keep_graph=False,
-        )
-        for tasks in task_chunks(len(rollout.rewards), rollout.rewards[0].numel())
-    ]
-    return {name: torch.cat([part[name] for part in parts]) for name in params}
-
-
-def _adapt(
-    params: Params,
-    rollout: Rollout,
-    demonstrations: Demonstrations,
-    adaptation: Adaptation,
+def gradient_step(
+    loss: Callable[[Params], PerTask],
+    task_params: Params,
+    learning_rate: float,
     keep_graph: bool,
+    second_order: bool,
 ) -> Params:
-    def loss(task_params: Params) -> torch.Tensor:
-        total = rollout.rewards.new_zeros(len(rollout.rewards))  # (task,)
-        if adaptation.w_rl:
-            total = total + adaptation.w_rl * rl_loss(task_params, rollout)
-        if adaptation.w_bc:
-            cloning = bc_loss(task_params, demonstrations, adaptation.bc_reduction)
-            total = total + adaptation.w_bc * cloning
-        return total
+    """Return task_params - learning_rate * gradient of ``loss``, for every task at once.
 
-    start = warm_start(params, demonstrations, adaptation, keep_graph)
-    start = per_task(start, len(rollout.rewards))
-    return gradient_step(loss, start, adaptation.adapt_lr, keep_graph, adaptation.second_order)
-
-
-def usable(task_params: Params, fallback: Params) -> tuple[Params, int]:
-    """Return policies that can act, and for how many tasks that is the ``fallback``.
-
-    A task whose step led to a parameter that is not finite, or beyond LARGEST, keeps the policy that
-    the step began with: one set for all tasks, or one a task.
+    With ``keep_graph`` the result can be differentiated with respect to ``task_params``,
+    second-order terms included unless they are not wanted; without it the result is cut from its
+    history. A task whose step leads to a parameter that no policy can act with stays where it was.
     """
-    if not has_task_axis(task_params):
-        return task_params, 0
-    sizes = [value.abs().flatten(1).amax(-1) for value in task_params.values()]  # (task,) each
-    good = torch.stack(sizes).amax(0) <= LARGEST  # (task,); False where not a number
-    if good.all():
-        return task_params, 0
-    tasks = len(good)
-    kept = {
-        name: torch.where(good.reshape(tasks, *(1,) * (value.dim() - 1)), task_params[name], value)
-        for name, value in per_task(fallback, tasks).items()
+    if not keep_graph:
+        task_params = detach(task_params, requires_grad=True)
+
+    def stepped(start: Params) -> Params:
+        with torch.enable_grad():
+            gradients = torch.autograd.grad(
+                loss(start).sum(), list(start.values()), create_graph=keep_graph and second_order
+            )
+        return {
+            name: value - learning_rate * gradient
+            for (name, value), gradient in zip(start.items(), gradients, strict=True)
+        }
+
+    moved = stepped(task_params)
+    usable = usable_tasks(moved)
+    if not usable.all():
+        if keep_graph:  # again, the lost tasks cut off: their second derivatives may not be numbers
+            moved = stepped(select_tasks(usable, task_params, detach(task_params)))
+        moved = select_tasks(usable, moved, task_params)
+    return moved if keep_graph else detach(moved)
+
+
+def usable_tasks(task_params: Params) -> Bool[Tensor, " task"]:
+    """Return for which tasks every parameter is a number of at most LARGEST in size."""
+    sizes = [value.detach().abs().flatten(1).amax(-1) for value in task_params.values()]
+    return torch.stack(sizes).amax(0) <= LARGEST  # False where not a number
+
+
+def select_tasks(chosen: Bool[Tensor, " task"], task_params: Params, others: Params) -> Params:
+    """Return the parameters of the ``chosen`` tasks from ``task_params``, the rest from ``others``."""
+    return {
+        name: torch.where(chosen.reshape(-1, *(1,) * (value.dim() - 1)), value, others[name])
+        for name, value in task_params.items()
     }
-    return kept, int((~good).sum())
 
 
-def task_chunks(tasks: int, steps: int = STEPS_AT_ONCE) -> list[slice]:
+def unmoved_tasks(start: Params, task_params: Params) -> int:
+    """Return for how many tasks the adaptation left every parameter of ``start`` as it was."""
+    start = per_task(start, len(next(iter(task_params.values()))))
+    same = [(value == start[name]).flatten(1).all(-1) for name, value in task_params.items()]
+    return int(torch.stack(same).all(0).sum())
+
+
+def task_slices(tasks: int, steps: int = STEPS_AT_ONCE) -> list[slice]:
     """Return slices that cover ``tasks`` tasks of ``steps`` steps each: a few at once, more if short."""
     at_once = max(TASKS_AT_ONCE, STEPS_AT_ONCE // max(1, steps))
     return [slice(first, first + at_once) for first in range(0, tasks, at_once)]

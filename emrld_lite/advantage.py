@@ -1,19 +1,24 @@
 """From rewards to advantages: returns, the linear baseline, GAE, normalisation.
 
-All of it runs once an iteration: advantages do not depend on the policy's parameters.
+All of it runs once per iteration: advantages do not depend on the policy's parameters.
 """
 
 from __future__ import annotations
 
-import torch
+from dataclasses import dataclass
 
-from .rollout import Rollout
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from .rollout import PerStep, Rollout
+from .validation import real_number
 
 RIDGE = 1e-5  # of the mean squared feature: small, yet enough for collinear features
 
 
-def discounted_returns(rewards: torch.Tensor, discount: float) -> torch.Tensor:
-    """Return G_t = R_t + discount G_{t+1}, (task, episode, time), from rewards of the same shape."""
+def discounted_returns(rewards: PerStep, discount: float) -> PerStep:
+    """Return G_t = R_t + discount G_{t+1}."""
     returns = torch.zeros_like(rewards)
     running = torch.zeros_like(rewards[..., 0])
     for time in reversed(range(rewards.shape[-1])):
@@ -22,8 +27,8 @@ def discounted_returns(rewards: torch.Tensor, discount: float) -> torch.Tensor:
     return returns
 
 
-def baseline_features(rollout: Rollout) -> torch.Tensor:
-    """Return (s, s*s, 0.01 t, (0.01 t)^2, (0.01 t)^3, 1), appendix C; (task, episode, time, 2 state + 4).
+def baseline_features(rollout: Rollout) -> Float[Tensor, "task episode time feature"]:
+    """Return (s, s*s, 0.01 t, (0.01 t)^2, (0.01 t)^3, 1), appendix C: 2 state + 4 features.
 
     ``t`` is the time index within the episode. Float64; zero where the mask is zero.
     """
@@ -35,11 +40,14 @@ def baseline_features(rollout: Rollout) -> torch.Tensor:
     return features * rollout.mask[..., None]
 
 
-def fit_baseline(features: torch.Tensor, returns: torch.Tensor) -> torch.Tensor:
-    """Return each task's ridge least-squares weights, (task, feature), float64.
+def fit_baseline(
+    features: Float[Tensor, "task episode time feature"],
+    returns: PerStep,
+) -> Float[Tensor, "task feature"]:
+    """Return each task's ridge least-squares weights, float64.
 
     Solved by QR on the features with the ridge's rows appended, which is as accurate as the data
-    allow; ``features`` is (task, episode, time, feature), ``returns`` (task, episode, time).
+    allow.
     """
     design = features.flatten(1, 2)  # (task, sample, feature)
     target = returns.double().flatten(1, 2)[..., None]  # (task, sample, 1)
@@ -51,17 +59,20 @@ def fit_baseline(features: torch.Tensor, returns: torch.Tensor) -> torch.Tensor:
     return torch.linalg.lstsq(design, target, driver="gels").solution[..., 0]
 
 
-def linear_baseline(rollout: Rollout, discount: float) -> torch.Tensor:
-    """Return the fitted values V(s_t), (task, episode, time), zero where the mask is zero."""
+def linear_baseline(rollout: Rollout, discount: float) -> PerStep:
+    """Return the fitted values V(s_t), zero where the mask is zero."""
     features = baseline_features(rollout)
     weights = fit_baseline(features, discounted_returns(rollout.rewards, discount))
     return torch.einsum("netf,nf->net", features, weights).to(rollout.rewards.dtype)
 
 
 def generalised_advantage(
-    rewards: torch.Tensor, values: torch.Tensor, discount: float, gae_lambda: float
-) -> torch.Tensor:
-    """Return GAE (Schulman et al., 2016), (task, episode, time).
+    rewards: PerStep,
+    values: PerStep,
+    discount: float,
+    gae_lambda: float,
+) -> PerStep:
+    """Return GAE (Schulman et al., 2016).
 
     ``values`` must be zero after an episode's end: nothing is bootstrapped past the last step.
     """
@@ -70,7 +81,7 @@ def generalised_advantage(
     return discounted_returns(residuals, discount * gae_lambda)
 
 
-def normalise(values: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
+def normalise(values: PerStep, mask: PerStep) -> PerStep:
     """Return values with mean 0 and standard deviation 1 over each task's steps; all zeros stay zero."""
     count = mask.sum((1, 2), keepdim=True)
     mean = (values * mask).sum((1, 2), keepdim=True) / count
@@ -79,10 +90,34 @@ def normalise(values: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
     return centred / (deviation + 1e-8)
 
 
-def with_advantages(
-    rollout: Rollout, discount: float, gae_lambda: float, normalised: bool = True
-) -> Rollout:
-    """Return the rollout with its advantage estimates, (task, episode, time), zero after the end."""
-    values = linear_baseline(rollout, discount)
-    raw = generalised_advantage(rollout.rewards, values, discount, gae_lambda) * rollout.mask
-    return rollout._replace(advantages=normalise(raw, rollout.mask) if normalised else raw)
+@dataclass(frozen=True)
+class Score:
+    """From rewards to the advantages that learning sees; the defaults are Table 1's.
+
+    Raises InputError for numbers that cannot be used.
+    """
+
+    discount: float = 0.95
+    """gamma (Table 1)."""
+    gae_lambda: float = 1.0
+    """GAE's lambda, which Table 1 calls tau."""
+    normalise: bool = True
+    """Whether each task's advantages are scaled to mean 0 and deviation 1."""
+    reward_elsewhere: float = 0.0
+    """What learning sees in place of a reward of zero (released code: 1e-5)."""
+
+    def __post_init__(self) -> None:
+        real_number("discount", self.discount, 0.0, 1.0)
+        real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
+        real_number("reward_elsewhere", self.reward_elsewhere)
+
+    def __call__(self, rollout: Rollout) -> Rollout:
+        """Return the rollout with its advantage estimates, zero after the end; its rewards stay."""
+        seen = rollout
+        if self.reward_elsewhere:
+            unpaid = (rollout.rewards == 0.0) * rollout.mask
+            seen = rollout._replace(rewards=rollout.rewards + self.reward_elsewhere * unpaid)
+        values = linear_baseline(seen, self.discount)
+        raw = generalised_advantage(seen.rewards, values, self.discount, self.gae_lambda)
+        raw = raw * rollout.mask
+        return rollout._replace(advantages=normalise(raw, rollout.mask) if self.normalise else raw)

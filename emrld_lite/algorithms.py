@@ -1,14 +1,15 @@
-"""The algorithms of the comparison as data: one row each, and nothing else differs."""
+"""The algorithms of the comparison as data: one row each; only their settings differ besides."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any
 
 from .adapt import Adaptation
+from .learners import Adam, Learner, Trpo
 
-W_RL = {"optimal": 0.2, "suboptimal": 1.0}  # Table 2, "0.2/1"
-W_BC = 1.0  # Table 2
+W_RL = {"optimal": 0.2, "suboptimal": 1.0}  # Table 1, "0.2/1"
+W_BC = 1.0  # Table 1
 
 
 @dataclass(frozen=True)
@@ -22,38 +23,33 @@ class Algorithm:
     warm_start: bool
     """Whether one cloning step precedes the adaptation."""
     w_rl: float | None
-    """Weight of RL in the adaptation; None: by the data's quality, as in Table 2."""
+    """Weight of RL in the adaptation; None: by the data's quality, as in Table 1."""
     w_bc: float
     """Weight of behaviour cloning in the adaptation."""
-    meta_update: Literal["rl", "bc"]
-    """"rl": TRPO on D^val; "bc": Adam on the demonstrations' likelihood after adaptation."""
+    learner: type[Learner]
+    """What makes the meta-update: TRPO on D^val, or Adam on the demonstrations' likelihood."""
 
-    def adaptation(
-        self,
-        quality: str,
-        adapt_lr: float = 0.01,
-        w_rl: float | None = None,
-        w_bc: float | None = None,
-        bc_reduction: str = "mean",
-    ) -> Adaptation:
-        """Return this row's adaptation for data of ``quality``; ``w_rl`` and ``w_bc`` override it."""
-        default_w_rl = W_RL[quality] if self.w_rl is None else self.w_rl
-        return Adaptation(
-            w_rl=default_w_rl if w_rl is None else w_rl,
-            w_bc=self.w_bc if w_bc is None else w_bc,
-            warm_start=self.warm_start,
-            adapt_lr=adapt_lr,
-            bc_reduction=bc_reduction,
-        )
+    def adaptation(self, quality: str, **settings: Any) -> Adaptation:
+        """Return this row's adaptation for data of ``quality``.
+
+        A setting of Adaptation that is given, and not None, replaces the row's or the default.
+        """
+        row = {
+            "w_rl": W_RL[quality] if self.w_rl is None else self.w_rl,
+            "w_bc": self.w_bc,
+            "warm_start": self.warm_start,
+        }
+        given = {name: value for name, value in settings.items() if value is not None}
+        return Adaptation(**{**row, **given})
 
 
 ALGORITHMS = {
     row.name: row
     for row in (
-        Algorithm("emrld", "EMRLD", warm_start=False, w_rl=None, w_bc=W_BC, meta_update="rl"),
-        Algorithm("emrld-ws", "EMRLD-WS", warm_start=True, w_rl=None, w_bc=W_BC, meta_update="rl"),
-        Algorithm("maml", "MAML", warm_start=False, w_rl=1.0, w_bc=0.0, meta_update="rl"),
-        Algorithm("meta-bc", "Meta-BC", warm_start=False, w_rl=0.0, w_bc=1.0, meta_update="bc"),
-        Algorithm("gmps", "GMPS", warm_start=False, w_rl=1.0, w_bc=0.0, meta_update="bc"),
+        Algorithm("emrld", "EMRLD", warm_start=False, w_rl=None, w_bc=W_BC, learner=Trpo),
+        Algorithm("emrld-ws", "EMRLD-WS", warm_start=True, w_rl=None, w_bc=W_BC, learner=Trpo),
+        Algorithm("maml", "MAML", warm_start=False, w_rl=1.0, w_bc=0.0, learner=Trpo),
+        Algorithm("meta-bc", "Meta-BC", warm_start=False, w_rl=0.0, w_bc=1.0, learner=Adam),
+        Algorithm("gmps", "GMPS", warm_start=False, w_rl=1.0, w_bc=0.0, learner=Adam),
     )
 }

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 from .adapt import Adaptation
-from .advantage import with_advantages
+from .advantage import Score
 from .algorithms import ALGORITHMS, Algorithm
-from .envs import ENVIRONMENTS, Environment, make
-from .rollout import Rollout
+from .envs import Environment, make
+from .envs.base import Reward
+from .envs.point2d import Point2D, StepRule
+from .learners import Adam, Learner, Trpo
+from .losses import Reduction
+from .policy import NETWORK_START, NetworkStart, Params, initialise
 from .trpo import TrustRegion
-from .validation import known, lookup, positive_count, real_number
+from .validation import check_choice, lookup, positive_count, real_number
+
+EnvironmentName = Literal["point2d", "two_wheeled", "half_cheetah", "two_wheeled_drift"]
+AlgorithmName = Literal["emrld", "emrld-ws", "maml", "meta-bc", "gmps"]
 
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """Everything that decides a run; the defaults are Table 2's. Raises InputError for bad values."""
+    """Everything that decides a run; the defaults are Table 1's. Raises InputError for bad values."""
 
-    env: str = "point2d"
-    """point2d, two_wheeled, half_cheetah or two_wheeled_drift."""
-    algorithm: str = "emrld-ws"
-    """Row of the comparison: emrld, emrld-ws, maml, meta-bc or gmps."""
+    env: EnvironmentName = "point2d"
+    """Environment of the tasks."""
+    algorithm: AlgorithmName = "emrld-ws"
+    """Row of the comparison."""
     demos: str = "optimal"
     """optimal, suboptimal, or a demonstration file ending in .npz."""
     iterations: int = 150
@@ -28,34 +36,34 @@ class TrainConfig:
     seed: int = 0
     """Seed of the policy's start and of every draw."""
     episodes: int = 20
-    """Episodes a task, before and again after adaptation (Table 2, adapt batch size)."""
-    discount: float = 0.95
-    """gamma (Table 2)."""
-    gae_lambda: float = 1.0
-    """GAE's lambda, which Table 2 calls tau."""
-    adapt_lr: float = 0.01
-    """alpha, the adaptation's learning rate (Table 2)."""
+    """Episodes per task, before and again after adaptation (Table 1, adapt batch size)."""
+    discount: float = Score.discount
+    """gamma (Table 1)."""
+    gae_lambda: float = Score.gae_lambda
+    """GAE's lambda, which Table 1 calls tau."""
+    adapt_lr: float = Adaptation.adapt_lr
+    """alpha, the adaptation's learning rate (Table 1)."""
     w_rl: float | None = None
-    """Weight of RL in the adaptation; by default the algorithm's and the data's (Table 2)."""
+    """Weight of RL in the adaptation; by default the algorithm's and the data's (Table 1)."""
     w_bc: float | None = None
-    """Weight of cloning in the adaptation; by default the algorithm's (Table 2)."""
+    """Weight of cloning in the adaptation; by default the algorithm's (Table 1)."""
     meta_lr: float = 0.01
-    """Adam's learning rate in the meta-update of meta-bc and gmps (Table 2)."""
-    bc_reduction: str = "mean"
-    """mean over the demonstration's steps (released code) or their sum (paper)."""
-    second_order: bool = True
+    """Adam's learning rate in the meta-update of meta-bc and gmps (Table 1)."""
+    bc_reduction: Reduction = Adaptation.bc_reduction
+    """Mean over the demonstration's steps (released code) or their sum (paper)."""
+    second_order: bool = Adaptation.second_order
     """Whether the meta-gradient goes through the adaptation's gradient (paper) or stops at it."""
-    normalise: bool = True
+    normalise: bool = Score.normalise
     """Whether each task's advantages are scaled to mean 0 and deviation 1."""
-    reward_elsewhere: float = 0.0
+    reward_elsewhere: float = Score.reward_elsewhere
     """What learning sees in place of a reward of zero (released code: 1e-5)."""
     learn_sigma: bool = True
     """Whether sigma is learned from 1 on (released code) or stays 1 (paper)."""
-    network_start: str = "biased"
-    """biased (biases and a small last layer) or xavier (released code: zero biases)."""
-    reward: str = "sparse"
+    network_start: NetworkStart = NETWORK_START
+    """Biases and a small last layer (biased), or the released code's zero biases (xavier)."""
+    reward: Reward = Environment.reward
     """sparse (paper) or dense: minus the distance to the goal, for the cheetah its speed everywhere."""
-    step_rule: str = "at-most"
+    step_rule: StepRule = Point2D.step_rule
     """Length of a Point2D step: at-most 0.1 (paper) or exact 0.1 (released code)."""
     trust_region: TrustRegion = field(default_factory=TrustRegion)
     """TRPO's step."""
@@ -63,42 +71,51 @@ class TrainConfig:
     """End once the mean return after adaptation reaches this; by default run all iterations."""
 
     def __post_init__(self) -> None:
-        known("environment", self.env, ENVIRONMENTS)
-        known("algorithm", self.algorithm, ALGORITHMS)
+        check_choice("environment", self.env, get_args(EnvironmentName))
+        check_choice("algorithm", self.algorithm, ALGORITHMS)
+        check_choice("network_start", self.network_start, get_args(NetworkStart))
         positive_count("iterations", self.iterations)
         positive_count("seed", self.seed, minimum=0)
         positive_count("episodes", self.episodes)
-        real_number("discount", self.discount, 0.0, 1.0)
-        real_number("gae_lambda", self.gae_lambda, 0.0, 1.0)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
-        real_number("reward_elsewhere", self.reward_elsewhere)
         if self.stop_at_return is not None:
             real_number("stop_at_return", self.stop_at_return)
-        known("network_start", self.network_start, ("biased", "xavier"))
         self.environment()
         self.adaptation("optimal")
+        self.score()
 
     def environment(self) -> Environment:
         """Return the environment of the run."""
         options = {"step_rule": self.step_rule} if self.env == "point2d" else {}
         return make(self.env, reward=self.reward, **options)
 
-    def row(self) -> Algorithm:
+    def comparison_row(self) -> Algorithm:
         """Return the algorithm's row of the comparison."""
         return lookup("algorithm", self.algorithm, ALGORITHMS)
 
     def adaptation(self, quality: str) -> Adaptation:
         """Return the adaptation for demonstrations of ``quality``."""
-        chosen = self.row().adaptation(
-            quality, self.adapt_lr, self.w_rl, self.w_bc, self.bc_reduction
-        )
-        return replace(chosen, second_order=self.second_order)
+        settings = ("w_rl", "w_bc", "adapt_lr", "bc_reduction", "second_order")
+        chosen = {name: getattr(self, name) for name in settings}
+        return self.comparison_row().adaptation(quality, **chosen)
 
-    def scored(self, rollout: Rollout) -> Rollout:
-        """Return a rollout with the advantages that this run learns from."""
-        rewards = rollout.rewards
-        if self.reward_elsewhere:
-            unpaid = (rewards == 0.0) * rollout.mask
-            rollout = rollout._replace(rewards=rewards + self.reward_elsewhere * unpaid)
-        scored = with_advantages(rollout, self.discount, self.gae_lambda, self.normalise)
-        return scored._replace(rewards=rewards)
+    def score(self) -> Score:
+        """Return what turns rewards into the advantages that this run learns from."""
+        return Score(self.discount, self.gae_lambda, self.normalise, self.reward_elsewhere)
+
+    def initial_policy(self) -> Params:
+        """Return the meta-policy before any training."""
+        environment = self.environment()
+        return initialise(
+            environment.state_dim,
+            environment.action_dim,
+            self.seed,
+            learn_sigma=self.learn_sigma,
+            start=self.network_start,
+        )
+
+    def learner(self, theta: Params) -> Learner:
+        """Return what changes the meta-policy ``theta``, with nothing learned yet."""
+        if self.comparison_row().learner is Adam:
+            return Adam(theta, self.meta_lr)
+        return Trpo(self.trust_region)

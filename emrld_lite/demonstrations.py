@@ -1,4 +1,4 @@
-"""Demonstrations: one trajectory a task, in a file that a stranger can make.
+"""Demonstrations: one trajectory per task, in a file that a stranger can make.
 
 The file is an ``.npz`` without pickles; ``data/README.md`` documents it for people who bring their
 own recordings.
@@ -9,51 +9,49 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 import torch
+from jaxtyping import Float, Int
+from torch import Tensor
 
 from . import storage
 from .envs import Environment, make
-from .validation import InputError, known
+from .validation import InputError, check_choice
 
-QUALITIES = ("optimal", "suboptimal")
+QualityName = Literal["optimal", "suboptimal"]
+QUALITIES = get_args(QualityName)
 ARRAYS = ("tasks", "states", "actions", "lengths", "environment", "quality", "maker", "seed")
-SHIPPED = Path(__file__).resolve().parent.parent / "data" / "demonstrations"
+SHIPPED = storage.DATA / "demonstrations"
 
 
 @dataclass(frozen=True)
 class Demonstrations:
-    """D^dem: one trajectory a task. Raises InputError for data that could not have come from one.
+    """D^dem: one trajectory per task. Raises InputError for data that could not have come from one."""
 
-    ============ ========================== ==============================================
-    Symbol       Shape                      Description
-    ============ ========================== ==============================================
-    tasks        (task, task_dim)           parameters of each task, such as its goal
-    states       (task, 1, time, state)     states; zero after the trajectory's end
-    actions      (task, 1, time, action)    actions in the policy's units, before scaling
-    mask         (task, 1, time)            1 where the trajectory has a step
-    ============ ========================== ==============================================
-    """
-
-    tasks: torch.Tensor
-    states: torch.Tensor
-    actions: torch.Tensor
-    mask: torch.Tensor
+    tasks: Float[Tensor, "task task_dim"]
+    """Parameters of each task, such as its goal."""
+    states: Float[Tensor, "task 1 time state"]
+    """States; zero after the trajectory's end."""
+    actions: Float[Tensor, "task 1 time action"]
+    """Actions in the policy's units, before scaling."""
+    mask: Float[Tensor, "task 1 time"]
+    """1 where the trajectory has a step."""
     environment: str
     """Name of the environment, such as "point2d"."""
     quality: str
-    """"optimal" or "suboptimal"; decides the default of w_rl."""
+    """optimal or suboptimal; decides the default of w_rl."""
     maker: str = "unknown"
     """Who or what made the data."""
     seed: int = 0
     """Seed it was made with."""
 
-    def lengths(self) -> torch.Tensor:
-        """Return the number of steps of each trajectory, (task,)."""
+    def lengths(self) -> Int[Tensor, " task"]:
+        """Return the number of steps of each trajectory."""
         return self.mask.sum((1, 2)).long()
 
-    def map(self, change: Callable[[torch.Tensor], torch.Tensor]) -> Demonstrations:
+    def map(self, change: Callable[[Tensor], Tensor]) -> Demonstrations:
         """Return the same demonstrations with ``change`` applied to every tensor."""
         tensors = ("tasks", "states", "actions", "mask")
         return replace(self, **{name: change(getattr(self, name)) for name in tensors})
@@ -85,7 +83,7 @@ def from_arrays(
     InputError naming ``source``, the field and the task.
     """
     family = make(environment)
-    known(f"quality in {source}", quality, QUALITIES)
+    check_choice(f"quality in {source}", quality, QUALITIES)
     time = _check_shapes(family, tasks, states, actions, lengths, source)
     steps = np.arange(time)[None] < lengths[:, None]  # (task, time)
     for field, values in (("states", states), ("actions", actions)):
@@ -101,9 +99,9 @@ def from_arrays(
         raise InputError(f"{source}: tasks: {error}") from None
     mask = torch.from_numpy(steps)
 
-    def kept(values: np.ndarray) -> torch.Tensor:
+    def kept(values: np.ndarray) -> Float[Tensor, "task 1 time dim"]:
         clean = np.where(steps[..., None], values, 0.0).astype(np.float32)
-        return torch.from_numpy(clean)[:, None]  # (task, 1, time, dim)
+        return torch.from_numpy(clean)[:, None]
 
     return Demonstrations(
         tasks=torch.from_numpy(tasks.astype(np.float32)),
@@ -198,10 +196,10 @@ def load(path: Path, environment: str | None = None) -> Demonstrations:
     )
 
 
-def find(source: str, environment: str) -> Demonstrations:
+def load_demonstrations(source: str, environment: str) -> Demonstrations:
     """Return the demonstrations that ``optimal``, ``suboptimal`` or a file name stands for."""
     if source in QUALITIES:
         return load(SHIPPED / f"{environment}-{source}.npz", environment)
     if not source.endswith(".npz"):
-        known("demonstrations (a quality, or a file ending in .npz)", source, QUALITIES)
+        check_choice("demonstrations (a quality, or a file ending in .npz)", source, QUALITIES)
     return load(Path(source), environment)

@@ -1,6 +1,6 @@
 """The Gaussian policy: a multilayer perceptron for the mean, a learned sigma, plain tensors.
 
-The parameters of one policy are ``params``, a dict of tensors. One set a task is ``task_params``,
+The parameters of one policy are ``params``, a dict of tensors. One set per task is ``task_params``,
 the same dict with a leading task axis on every tensor; every function takes either.
 """
 
@@ -8,28 +8,27 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import torch
+from jaxtyping import Float
+from torch import Tensor
 
 LOG_SIGMA_BOUNDS = (math.log(1e-6), math.log(1e6))  # beyond, float32 has no room for the densities
 
-Params = dict[str, torch.Tensor]
+Params = dict[str, Tensor]
+Vector = Float[Tensor, " parameter"]
+NetworkStart = Literal["biased", "xavier"]
+NETWORK_START: NetworkStart = "biased"  # unless told otherwise
 
 
 class Gaussian(NamedTuple):
-    """Independent normal distributions, one an action dimension.
+    """Independent normal distributions, one per action dimension."""
 
-    ========== ============= =====================================
-    Symbol     Shape         Description
-    ========== ============= =====================================
-    mean       (..., action) mean of each action dimension
-    log_sigma  (..., action) natural log of the standard deviation
-    ========== ============= =====================================
-    """
-
-    mean: torch.Tensor
-    log_sigma: torch.Tensor
+    mean: Float[Tensor, "... action"]
+    """Mean of each action dimension."""
+    log_sigma: Float[Tensor, "... action"]
+    """Natural log of its standard deviation."""
 
 
 def initialise(
@@ -38,7 +37,7 @@ def initialise(
     seed: int,
     hidden: tuple[int, ...] = (100, 100),
     learn_sigma: bool = True,
-    start: str = "biased",
+    start: NetworkStart = NETWORK_START,
 ) -> Params:
     """Return new parameters: Xavier-uniform weights, uniform biases, a small last layer, sigma = 1.
 
@@ -73,12 +72,12 @@ def layer_count(params: Params) -> int:
 
 
 def has_task_axis(params: Params) -> bool:
-    """Return whether ``params`` holds one set a task."""
+    """Return whether ``params`` holds one set per task."""
     return params["weight_0"].dim() == 3
 
 
 def per_task(params: Params, tasks: int) -> Params:
-    """Return one set of parameters a task, sharing memory, so gradients flow back to ``params``."""
+    """Return one set of parameters per task, sharing memory, so gradients flow back to ``params``."""
     if has_task_axis(params):
         return params
     return {name: value.expand(tasks, *value.shape) for name, value in params.items()}
@@ -91,8 +90,10 @@ def take_params(params: Params, tasks: slice) -> Params:
     return {name: value[tasks] for name, value in params.items()}
 
 
-def mean(params: Params, states: torch.Tensor) -> torch.Tensor:
-    """Return the perceptron's mean action at every state, (task, ..., action), from (task, ..., state)."""
+def mean(
+    params: Params, states: Float[Tensor, "task *between state"]
+) -> Float[Tensor, "task *between action"]:
+    """Return the perceptron's mean action at every state."""
     features = states.reshape(states.shape[0], -1, states.shape[-1])  # (task, sample, state)
     layers = layer_count(params)
     for layer in range(layers):
@@ -102,15 +103,19 @@ def mean(params: Params, states: torch.Tensor) -> torch.Tensor:
     return features.reshape(*states.shape[:-1], -1)
 
 
-def linear(features: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
-    """Return features @ weight + bias, (task, sample, out), in one operation."""
-    if weight.dim() == 3:  # one weight matrix a task
+def linear(
+    features: Float[Tensor, "task sample in"],
+    weight: Float[Tensor, "*task in out"],
+    bias: Float[Tensor, "*task out"],
+) -> Float[Tensor, "task sample out"]:
+    """Return features @ weight + bias in one operation."""
+    if weight.dim() == 3:  # one weight matrix per task
         return torch.baddbmm(bias.unsqueeze(-2), features, weight)
     return torch.nn.functional.linear(features, weight.T, bias)
 
 
-def distribution(params: Params, states: torch.Tensor) -> Gaussian:
-    """Return pi(. | s) for every state, (task, ..., action) from states (task, ..., state).
+def distribution(params: Params, states: Float[Tensor, "task ... state"]) -> Gaussian:
+    """Return pi(. | s) for every state.
 
     Sigma is kept between 1e-6 and 1e6, whatever its parameter says.
     """
@@ -123,27 +128,27 @@ def distribution(params: Params, states: torch.Tensor) -> Gaussian:
     return Gaussian(means, log_sigma.reshape(shape).expand_as(means))
 
 
-def log_density(gaussian: Gaussian, actions: torch.Tensor) -> torch.Tensor:
-    """Return log pi(a | s) of each joint action, (...) from actions (..., action)."""
+def log_density(gaussian: Gaussian, actions: Float[Tensor, "*at action"]) -> Float[Tensor, "*at"]:
+    """Return log pi(a | s) of each joint action."""
     standardised = (actions - gaussian.mean) * torch.exp(-gaussian.log_sigma)
     each = -0.5 * standardised**2 - gaussian.log_sigma - 0.5 * math.log(2.0 * math.pi)
     return each.sum(-1)
 
 
-def kl_divergence(old: Gaussian, new: Gaussian) -> torch.Tensor:
-    """Return KL(old || new) of the joint action at each state, (...), in nats."""
+def kl_divergence(old: Gaussian, new: Gaussian) -> Float[Tensor, ...]:
+    """Return KL(old || new) of the joint action at each state, in nats."""
     variance_ratio = torch.exp(2.0 * (old.log_sigma - new.log_sigma))
     shift = ((old.mean - new.mean) * torch.exp(-new.log_sigma)) ** 2
     each = 0.5 * (variance_ratio + shift - 1.0) + new.log_sigma - old.log_sigma
     return each.sum(-1)
 
 
-def to_vector(params: Params) -> torch.Tensor:
+def to_vector(params: Params) -> Vector:
     """Return all parameters as one vector, in the order of the dict."""
     return torch.cat([value.reshape(-1) for value in params.values()])
 
 
-def from_vector(vector: torch.Tensor, like: Params) -> Params:
+def from_vector(vector: Vector, like: Params) -> Params:
     """Return a dict of the shapes of ``like`` filled from ``vector``; undoes ``to_vector``."""
     pieces = vector.split([value.numel() for value in like.values()])
     return {
@@ -155,3 +160,14 @@ def from_vector(vector: torch.Tensor, like: Params) -> Params:
 def detach(params: Params, requires_grad: bool = False) -> Params:
     """Return the same numbers cut from their graph, as new leaves that may ask for a gradient."""
     return {name: value.detach().requires_grad_(requires_grad) for name, value in params.items()}
+
+
+def own_memory(params: Params, order: Params | None = None, device: str | None = None) -> Params:
+    """Return copies, each in memory of its own, in the order of ``order``.
+
+    A product of matrices may differ in its last bit with where its operands lie, and a sum with its
+    order: without this, a policy read from a file would not train on bit for bit as one that
+    stayed in memory.
+    """
+    names = params if order is None else order
+    return {name: params[name].to(device=device, copy=True) for name in names}

@@ -5,50 +5,53 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor
 
-from .envs import Environment
+from .envs.base import Dynamics
 from .policy import Params, distribution, mean
+
+PerTask = Float[Tensor, " task"]
+PerStep = Float[Tensor, "task episode time"]
 
 
 class Rollout(NamedTuple):
-    """Episodes of a fixed horizon with a mask; after an episode's end everything is zero.
+    """Episodes in one batch, as long as the longest of them; after an episode's end everything is zero."""
 
-    ========== =============================== ===================================================
-    Symbol     Shape                           Description
-    ========== =============================== ===================================================
-    states     (task, episode, time, state)    state s_t in which the policy acted
-    actions    (task, episode, time, action)   action a_t as the policy drew it, before clipping
-    rewards    (task, episode, time)           reward R_t that followed
-    mask       (task, episode, time)           1 where the step was taken, 0 after the end
-    success    (task, episode), bool           the episode reached its goal
-    advantages (task, episode, time)           estimates of A(s_t, a_t), once they have been made
-    ========== =============================== ===================================================
-    """
+    states: Float[Tensor, "task episode time state"]
+    """State s_t in which the policy acted."""
+    actions: Float[Tensor, "task episode time action"]
+    """Action a_t as the policy drew it, before clipping."""
+    rewards: PerStep
+    """Reward R_t that followed."""
+    mask: PerStep
+    """1 where the step was taken, 0 after the end."""
+    success: Bool[Tensor, "task episode"]
+    """Whether the episode reached its goal."""
+    advantages: PerStep | None = None
+    """Estimates of A(s_t, a_t), once they have been made."""
 
-    states: torch.Tensor
-    actions: torch.Tensor
-    rewards: torch.Tensor
-    mask: torch.Tensor
-    success: torch.Tensor
-    advantages: torch.Tensor | None = None
+    def take(self, tasks: slice) -> Rollout:
+        """Return the episodes of some tasks."""
+        return Rollout(*(None if values is None else values[tasks] for values in self))
 
 
 @torch.no_grad()
 def collect(
-    environment: Environment,
-    tasks: torch.Tensor,
+    environment: Dynamics,
+    tasks: Float[Tensor, "task task_dim"],
     params: Params,
     episodes: int,
     random: torch.Generator,
 ) -> Rollout:
     """Execute pi_theta on every task (Algorithm 1, lines 6 and 8) and return its episodes.
 
-    ``tasks`` is (task, task_dim); ``params`` is one set for all tasks or one a task; ``random`` is
-    a CPU generator whatever the device, so a GPU draws the same numbers.
+    ``params`` is one set for all tasks or one per task; ``random`` is a CPU generator whatever the
+    device, so a GPU draws the same numbers. The batch ends with its longest episode.
     """
     shape = (len(tasks), episodes, environment.horizon, environment.action_dim)
     noise = torch.randn(shape, generator=random).to(tasks.device)
-    steps: list[tuple[torch.Tensor, ...]] = []
+    steps: list[tuple[Tensor, ...]] = []
     with torch.inference_mode():  # the cheapest way through a hundred small steps
         states = environment.reset(tasks, episodes)
         sigma = distribution(params, states).log_sigma.exp()  # (task, episode, action)
@@ -68,14 +71,9 @@ def collect(
     return Rollout(states * taken, actions * taken, rewards * mask, mask, success.any(-1))
 
 
-def episode_returns(rollout: Rollout) -> torch.Tensor:
-    """Return the undiscounted sum of rewards of each episode, (task, episode)."""
+def episode_returns(rollout: Rollout) -> Float[Tensor, "task episode"]:
+    """Return the undiscounted sum of rewards of each episode."""
     return rollout.rewards.sum(-1)
-
-
-def take(rollout: Rollout, tasks: slice) -> Rollout:
-    """Return the rollouts of some tasks."""
-    return Rollout(*(None if values is None else values[tasks] for values in rollout))
 
 
 def pack(rollout: Rollout) -> Rollout:
@@ -96,11 +94,11 @@ def subsample(rollout: Rollout, count: int, random: torch.Generator) -> Rollout:
     return gather(rollout, chosen.to(rollout.mask.device))
 
 
-def gather(rollout: Rollout, order: torch.Tensor) -> Rollout:
-    """Return the steps at ``order`` (task, sample), indices into the joined episode and time axes."""
+def gather(rollout: Rollout, order: Int[Tensor, "task sample"]) -> Rollout:
+    """Return the steps at ``order``, indices into the joined episode and time axes."""
     task = torch.arange(len(order), device=order.device)[:, None]
 
-    def pick(values: torch.Tensor | None) -> torch.Tensor | None:
+    def pick(values: Tensor | None) -> Tensor | None:
         return None if values is None else values.flatten(1, 2)[task, order][:, None]
 
     return Rollout(

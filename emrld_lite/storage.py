@@ -19,6 +19,8 @@ import torch
 
 from .validation import InputError
 
+DATA = Path(__file__).resolve().parent.parent / "data"  # the workbook's own files
+
 
 def write_atomically(path: Path, content: bytes) -> None:
     """Write ``content`` to a temporary neighbour and rename it, so a reader sees old or new, never half.
@@ -79,11 +81,17 @@ def write_csv(path: Path, columns: Sequence[str], rows: Sequence[Sequence[Any]])
     write_atomically(path, text.getvalue().encode())
 
 
-def read_csv(path: Path, what: str, columns: Sequence[str]) -> list[dict[str, str]]:
-    """Read a table whose header must be ``columns``; anything else raises InputError."""
+def read_csv(
+    path: Path, what: str, columns: Sequence[str], optional: Sequence[str] = ()
+) -> list[dict[str, str]]:
+    """Read a table whose header must be ``columns``, with or without ``optional`` ones among them.
+
+    Anything else raises InputError.
+    """
     text = read_bytes(path, what).decode(errors="replace")
     reader = csv.DictReader(io.StringIO(text))
-    if reader.fieldnames is None or list(reader.fieldnames) != list(columns):
+    needed = [name for name in columns if name not in optional]
+    if list(reader.fieldnames or ()) not in (list(columns), needed):
         raise InputError(f"{path}: expected columns {list(columns)}, got {reader.fieldnames}")
     return list(reader)
 

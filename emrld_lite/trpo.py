@@ -1,6 +1,6 @@
-"""TRPO's step (Schulman et al., 2015): conjugate gradient, Fisher product, line search.
+"""TRPO's step (Schulman et al., 2015): surrogate, Fisher product, conjugate gradient, line search.
 
-The meta-learner and the expert share it: both hand over functions of ``params``.
+The meta-learner and the expert share it; they differ in which policies a set of parameters stands for.
 """
 
 from __future__ import annotations
@@ -11,13 +11,16 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
+from jaxtyping import Float
+from torch import Tensor
 
-from .policy import Gaussian, Params, detach, from_vector, to_vector
-from .timing import section
+from .losses import surrogate_loss, task_mean
+from .policy import Gaussian, Params, Vector, detach, from_vector, kl_divergence, to_vector
+from .rollout import Rollout
 from .validation import positive_count, real_number
 
 KL_OF_DIMENSION = 0.01  # nats; the released code's bound is on the mean over dimensions
-Product = Callable[[torch.Tensor], torch.Tensor]
+Product = Callable[[Vector], Vector]
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class TrustRegion:
 
     max_kl: float | None = None
     """Bound on the mean KL divergence from the old to the new policy, nats (joint action); by default
-    0.01 for each dimension of the action, as in the released code."""
+    0.01 per dimension of the action, as in the released code."""
     cg_iterations: int = 10
     """Conjugate-gradient iterations at most."""
     damping: float = 0.1
@@ -34,7 +37,7 @@ class TrustRegion:
     backtracks: int = 15
     """Halvings of the step before it is given up."""
     fisher_samples: int = 200
-    """Steps a task, drawn at random, on which the Fisher product is evaluated."""
+    """Steps per task, drawn at random, on which the Fisher product is evaluated."""
     aliased_cg: bool = False
     """Whether residual and first direction share memory, the released code's slip."""
 
@@ -53,51 +56,64 @@ class TrustRegion:
 
 
 class Step(NamedTuple):
-    """What one TRPO step did: exact KL of the accepted step, halvings before it, and why if none."""
+    """What one update did: the KL between old and new policies, halvings before it, why if none."""
 
     kl: float
     backtracks: int
     note: str
 
 
+class SurrogateGradient(NamedTuple):
+    """Surrogate summed over tasks, its gradient, and the policies it was taken at."""
+
+    surrogate: float
+    gradient: Vector
+    old: Gaussian
+
+
+def surrogate_gradient(
+    params: Params, policies: Callable[[Params], Gaussian], rollout: Rollout
+) -> SurrogateGradient:
+    """Return TRPO's surrogate at the old policies, and its gradient by ``params``.
+
+    ``policies`` gives the distributions that parameters stand for at the states of ``rollout``, in
+    the autograd graph.
+    """
+    leaves = detach(params, requires_grad=True)
+    new = policies(leaves)
+    old = Gaussian(*(output.detach() for output in new))
+    surrogate = surrogate_loss(new, old, rollout).sum()
+    parts = torch.autograd.grad(surrogate, list(leaves.values()))
+    gradient = torch.cat([part.reshape(-1) for part in parts])
+    return SurrogateGradient(float(surrogate.detach()), gradient, old)
+
+
+def surrogate_and_kl(new: Gaussian, old: Gaussian, rollout: Rollout) -> tuple[float, float]:
+    """Return the exact surrogate and KL of new policies, each summed over tasks."""
+    kl = task_mean(kl_divergence(old, new), rollout.mask).sum()
+    return float(surrogate_loss(new, old, rollout).sum()), float(kl)
+
+
 def conjugate_gradient(
-    product: Product, target: torch.Tensor, iterations: int, tolerance: float = 1e-10
-) -> torch.Tensor:
-    """Return x with product(x) = target for a symmetric positive definite product; all (parameter,).
+    product: Product,
+    target: Vector,
+    iterations: int,
+    tolerance: float = 1e-10,
+    aliased: bool = False,
+) -> Vector:
+    """Return x with product(x) = target for a symmetric positive definite product.
 
     Stops after ``iterations`` or when the squared residual has shrunk by ``tolerance``. A zero
-    target gives zero. ``target`` is left as it was.
+    target gives zero. ``target`` is left as it was. ``aliased`` is the released code's slip, a
+    switch to measure what it costs: residual and first direction share memory, so the first update
+    of the one changes the other, and the directions are never conjugate after it.
     """
-    solution = torch.zeros_like(target)
-    residual = target.clone()
-    direction = target.clone()  # a copy of its own: aliasing the residual would cost conjugacy
+    solution, residual = torch.zeros_like(target), target.clone()
+    direction = residual if aliased else residual.clone()
     squared = residual @ residual
     goal = tolerance * squared
     for _ in range(iterations):
         if squared <= goal:
-            break
-        image = product(direction)
-        length = squared / (direction @ image)
-        solution = solution + length * direction
-        residual = residual - length * image
-        previous, squared = squared, residual @ residual
-        direction = residual + (squared / previous) * direction
-    return solution
-
-
-def aliased_conjugate_gradient(
-    product: Product, target: torch.Tensor, iterations: int
-) -> torch.Tensor:
-    """Return what conjugate gradient gives when residual and first direction are one tensor.
-
-    The released code's slip, kept as a switch to measure what it costs: the first update of the
-    residual changes the direction too, and the directions are never conjugate after it.
-    """
-    solution, residual = torch.zeros_like(target), target.clone()
-    direction = residual
-    squared = residual @ residual
-    for _ in range(iterations):
-        if squared == 0.0:
             break
         image = product(direction)
         length = squared / (direction @ image)
@@ -109,12 +125,12 @@ def aliased_conjugate_gradient(
 
 
 def fisher_product(
-    gaussian: Gaussian, weight: torch.Tensor, params: Params, damping: float = 0.0
+    gaussian: Gaussian, weight: Float[Tensor, ...], params: Params, damping: float = 0.0
 ) -> Product:
-    """Return v -> (F + damping I) v, the Hessian of the mean KL at the old policy; (parameter,).
+    """Return v -> (F + damping I) v, the Hessian of the mean KL at the old policy.
 
-    ``gaussian`` (..., action) must hang on ``params`` in the autograd graph; ``weight`` (...) says
-    how much each state counts and sums to 1. F = J^T M J, where J is the Jacobian of mean and
+    ``gaussian`` must hang on ``params`` in the autograd graph; ``weight`` says how much each state
+    counts and sums to 1. F = J^T M J, where J is the Jacobian of mean and
     log sigma with respect to ``params`` and M the Fisher matrix of a Gaussian: 1/sigma^2 for the
     mean, 2 for log sigma. J v comes from differentiating J^T u, which is linear in u, twice.
     """
@@ -127,7 +143,7 @@ def fisher_product(
     probes = tuple(torch.zeros_like(output, requires_grad=True) for output in outputs)
     transposed = torch.autograd.grad(outputs, leaves, grad_outputs=probes, create_graph=True)
 
-    def product(vector: torch.Tensor) -> torch.Tensor:
+    def product(vector: Vector) -> Vector:
         direction = list(from_vector(vector, params).values())
         changes = torch.autograd.grad(
             transposed, probes, grad_outputs=direction, retain_graph=True
@@ -142,50 +158,41 @@ def fisher_product(
 def trpo_step(
     params: Params,
     surrogate: float,
-    gradient: torch.Tensor,
-    fisher: Callable[[Params], tuple[Gaussian, torch.Tensor]],
+    gradient: Vector,
+    product: Product,
     surrogate_and_kl: Callable[[Params], tuple[float, float]],
     region: TrustRegion,
 ) -> tuple[Params, Step]:
     """Return the policy after one step that lowers the surrogate within the KL bound, and its record.
 
-    ``surrogate`` and ``gradient`` (parameter,) are the surrogate's at ``params``;
-    ``fisher(params)`` returns the policy's outputs on a sample of states, with their weights, in
-    the autograd graph; ``surrogate_and_kl(params)`` the exact surrogate and KL on all data. A
-    gradient or a step that is zero or not finite leaves ``params`` as they are, and the record's
-    note says so.
+    ``surrogate`` and ``gradient`` are the surrogate's at ``params``, ``product`` is the Fisher
+    matrix's there, ``surrogate_and_kl(params)`` gives the exact surrogate and KL on all data, and
+    ``region`` must say its ``max_kl``. A gradient or a step that is zero or not finite leaves
+    ``params`` as they are, and the record's note says so.
     """
     if not torch.isfinite(gradient).all():
         return params, Step(0.0, 0, "skipped: the gradient is not finite")
     if not gradient.any():
         return params, Step(0.0, 0, "no step: the gradient is zero (nothing rewarded yet)")
-    with section("Fisher and CG"):
-        leaves = detach(params, requires_grad=True)
-        gaussian, weight = fisher(leaves)
-        region = region.for_actions(gaussian.mean.shape[-1])
-        product = fisher_product(gaussian, weight, leaves, region.damping)
-        solve = aliased_conjugate_gradient if region.aliased_cg else conjugate_gradient
-        descent = -solve(product, gradient, region.cg_iterations)
-        curvature = float(descent @ product(descent))
+    descent = -conjugate_gradient(
+        product, gradient, region.cg_iterations, aliased=region.aliased_cg
+    )
+    curvature = float(descent @ product(descent))
     if not math.isfinite(curvature) or curvature <= 0.0:
         return params, Step(0.0, 0, f"skipped: the curvature along the step is {curvature:.2g}")
     full_step = descent * math.sqrt(2.0 * region.max_kl / curvature)
-    with section("line search"):
-        return line_search(params, surrogate, full_step, surrogate_and_kl, region)
+    return line_search(params, surrogate, full_step, surrogate_and_kl, region)
 
 
 @torch.no_grad()
 def line_search(
     params: Params,
     before: float,
-    full_step: torch.Tensor,
+    full_step: Vector,
     surrogate_and_kl: Callable[[Params], tuple[float, float]],
     region: TrustRegion,
 ) -> tuple[Params, Step]:
-    """Halve ``full_step`` (parameter,) until the surrogate is under ``before`` and the KL in bounds.
-
-    ``region`` must say its ``max_kl``.
-    """
+    """Halve ``full_step`` until the surrogate is under ``before`` and the KL in bounds."""
     start = to_vector(params)
     for halvings in range(region.backtracks):
         trial = from_vector(start + 0.5**halvings * full_step, params)

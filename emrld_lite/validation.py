@@ -17,7 +17,7 @@ class InputError(ValueError):
     """Input that cannot be used; the message names the field, the expectation and the value."""
 
 
-def known(kind: str, name: str, names: Iterable[str]) -> str:
+def check_choice(kind: str, name: str, names: Iterable[str]) -> str:
     """Return ``name`` if it is one of ``names``; otherwise raise InputError with the nearest one."""
     choices = sorted(names)
     if name in choices:
@@ -29,7 +29,7 @@ def known(kind: str, name: str, names: Iterable[str]) -> str:
 
 def lookup(kind: str, name: str, table: Mapping[str, Value]) -> Value:
     """Return ``table[name]``; an unknown name raises InputError with the nearest known one."""
-    return table[known(kind, name, table)]
+    return table[check_choice(kind, name, table)]
 
 
 def positive_count(field: str, value: int, minimum: int = 1) -> int:
@@ -74,7 +74,7 @@ def ends_in(field: str, path: Path, suffix: str) -> Path:
 
 def usable_device(device: str) -> str:
     """Return ``cpu``, or ``cuda`` where torch finds such a device; anything else raises InputError."""
-    known("device", device, ("cpu", "cuda"))
+    check_choice("device", device, ("cpu", "cuda"))
     if device == "cuda" and not torch.cuda.is_available():
         raise InputError("device: expected cpu, since torch finds no CUDA device here; got 'cuda'")
     return device

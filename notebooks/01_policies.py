@@ -33,14 +33,16 @@
 import matplotlib.pyplot as plt
 import torch
 
-from emrld_lite import advantage, cloning, losses, plots, policy
+from emrld_lite import advantage, losses, policy
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
-from emrld_lite.demonstrations import find
+from emrld_lite.demonstrations import load_demonstrations
+from emrld_lite.demonstrators import cloning
 from emrld_lite.envs import make
+from emrld_lite.experiments import plotting
 from emrld_lite.rollout import collect, episode_returns
 
-plots.use_style()
+plotting.use_style()
 torch.set_num_threads(1)
 clock = Clock(
     {
@@ -186,8 +188,8 @@ for name in ("states", "actions", "rewards", "mask"):
 
 # %%
 figure, axes = plt.subplots(figsize=(5, 3.6))
-plots.arena(axes, goal)
-plots.trajectories(untrained, axes, episodes=20)
+environment.draw_tasks(axes, goal)
+plotting.trajectories(untrained, axes, episodes=20)
 axes.set_title("an untrained policy")
 plt.show()
 distance = untrained.states[0, :, -1].norm(dim=-1).mean()
@@ -205,7 +207,7 @@ print(f"the goal is 2 away; the mean distance from the start at the end is {dist
 # ### Exercise 2 · Discounted returns
 #
 # *Difficulty 1 of 3, 5 minutes.* The *return* from time $t$ is the discounted sum of the rewards still
-# to come, $G_t = \sum_{k \ge t} \gamma^{k-t} R_k$, with the discount $\gamma < 1$ (0.95 in the paper's Table 2).
+# to come, $G_t = \sum_{k \ge t} \gamma^{k-t} R_k$, with the discount $\gamma < 1$ (0.95 in the paper's Table 1).
 #
 # <details><summary>Hint 1: a double loop feels clumsy</summary>
 # Write $G_t$ in terms of $G_{t+1}$: a single loop backwards in time is enough.
@@ -384,7 +386,7 @@ print(f"the baseline explains more than half of the returns' variance: {bool(exp
 # $$\hat A_t = \sum_{k \ge 0} (\gamma\lambda)^k\, \delta_{t+k} .$$
 #
 # With $\lambda = 1$ the values cancel in pairs and $\hat A_t = G_t - V(s_t)$; with $\lambda = 0$ it trusts the
-# baseline after a single step. The paper's Table 2 calls $\lambda$ "GAE $\tau$" and sets it to 1.
+# baseline after a single step. The paper's Table 1 calls $\lambda$ "GAE $\tau$" and sets it to 1.
 #
 # ### Exercise 4 · GAE
 #
@@ -431,7 +433,7 @@ if check.advantages(advantages):
 # %% tags=["live-baseline"]
 def with_baseline(rollout):
     """Score every step by its normalised advantage over the linear baseline."""
-    return advantage.with_advantages(rollout, discount=0.95, gae_lambda=1.0)
+    return advantage.Score(discount=0.95, gae_lambda=1.0)(rollout)
 
 
 baseline_history, trained = train(with_baseline)
@@ -486,7 +488,7 @@ clock.at("behaviour cloning")
 sparse = make("point2d")
 rollouts, returns = {}, {}
 for quality in ("optimal", "suboptimal"):
-    demos = find(quality, "point2d")
+    demos = load_demonstrations(quality, "point2d")
     cloned, history = clone(demos)
     assert history[-1] < history[0]
     package = cloning.clone(demos)
@@ -498,10 +500,10 @@ for quality in ("optimal", "suboptimal"):
 figure, panels = plt.subplots(1, 2, figsize=(8.4, 3.4), sharey=True)
 task = 5
 for axes, quality in zip(panels, rollouts, strict=True):
-    demos = find(quality, "point2d")
-    plots.arena(axes, demos.tasks[task : task + 1])
-    plots.trajectories(rollouts[quality], axes, task=task, episodes=20)
-    plots.demonstration(demos.states[task, 0, : int(demos.lengths()[task])], axes)
+    demos = load_demonstrations(quality, "point2d")
+    sparse.draw_tasks(axes, demos.tasks[task : task + 1])
+    plotting.trajectories(rollouts[quality], axes, task=task, episodes=20)
+    plotting.demonstration(demos.states[task, 0, : int(demos.lengths()[task])], axes)
     axes.set_title(f"{quality}: mean return {returns[quality]:.0f}")
 plt.show()
 assert returns["suboptimal"] < returns["optimal"] < 70

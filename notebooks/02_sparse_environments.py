@@ -36,18 +36,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 import torch
 
-from emrld_lite import losses, plots, policy
-from emrld_lite.advantage import with_advantages
+from emrld_lite import losses, policy
+from emrld_lite.advantage import Score
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom import sparsity_widget
 from emrld_lite.classroom.clock import Clock
-from emrld_lite.demonstrations import find
+from emrld_lite.demonstrations import load_demonstrations
+from emrld_lite.demonstrators.expert import ExpertConfig, train_expert
 from emrld_lite.envs import ENVIRONMENTS, GYMNASIUM_IDS, make
-from emrld_lite.expert import ExpertConfig, train_expert
-from emrld_lite.intervals import wilson_interval
+from emrld_lite.experiments import plotting
+from emrld_lite.experiments.intervals import wilson_interval
 from emrld_lite.rollout import collect
 
-plots.use_style()
+plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you
 clock = Clock(
     {
@@ -120,8 +121,8 @@ if check.point_step(point_step):
 # %% tags=["reward-landscape"]
 figure, panels = plt.subplots(1, 3, figsize=(11.5, 3.5))
 wheeled = make("two_wheeled")
-plots.reward_landscape(point, point.training_tasks()[4], panels[0])
-plots.reward_landscape(wheeled, wheeled.training_tasks()[8], panels[1])
+plotting.reward_landscape(point, point.training_tasks()[4], panels[0])
+plotting.reward_landscape(wheeled, wheeled.training_tasks()[8], panels[1])
 panels[0].set_title("Point2D, one task")
 panels[1].set_title("TwoWheeled, one task")
 away = np.linspace(0, 1, 500)
@@ -214,7 +215,7 @@ plt.show()
 # A gait is a sequence of poses. These are six of them, from a policy that notebook 03 will train:
 
 # %% tags=["cheetah-strip"]
-data = find("optimal", "half_cheetah")
+data = load_demonstrations("optimal", "half_cheetah")
 cheetah = make("half_cheetah")
 figure, panels = plt.subplots(1, 6, figsize=(12, 2.4))
 for axes, step in zip(panels, range(30, 54, 4), strict=True):
@@ -312,7 +313,7 @@ def episodes_needed(rate, confidence):
 
 # %%
 if check.episodes_needed(episodes_needed):
-    batch = 20  # episodes a task and iteration, Table 2
+    batch = 20  # episodes per task and iteration, Table 1
     for name in ("point2d", "two_wheeled"):
         needed = episodes_needed(rates[name], 0.95)
         print(f"{name}: more than ten batches of {batch} episodes:", needed > 10 * batch)
@@ -348,7 +349,7 @@ def task_gradients(seed, bonus=0.0, normalised=True):
     rollout = collect(wheeled, tasks, start, 20, torch.Generator().manual_seed(seed))
     seen = (rollout.rewards > 0).any(-1).any(-1)
     rollout = rollout._replace(rewards=rollout.rewards + bonus * rollout.mask)
-    rollout = with_advantages(rollout, 0.95, 1.0, normalised)
+    rollout = Score(normalise=normalised)(rollout)
     leaves = {name: value.clone().requires_grad_() for name, value in start.items()}
     loss = losses.rl_loss(leaves, rollout).sum()
     parts = torch.autograd.grad(loss, list(leaves.values()))
@@ -445,7 +446,7 @@ print("after 30 iterations: dense, more than 90 % of the goals; sparse, fewer th
 # | length of a point's step | at most 0.1 | always 0.1 | at most; `step_rule="exact"` |
 # | TwoWheeled near the goal | $1 - d$ | $2 - d$ | $1 - d$ |
 # | reward elsewhere | 0 | $10^{-5}$ | 0 |
-# | steps an episode | 100 | 101 | 100 |
+# | steps per episode | 100 | 101 | 100 |
 # | the arena | "square box of side 2.5", which shuts the goals out | $\lvert x \rvert, \lvert y \rvert \le 2.5$ | the code's |
 # | TwoWheeled's state | $\mathbb R^2$ | $x, y$, heading | $x, y$, heading, not wrapped |
 # | drift | $\theta + \omega_g + \omega\, dT$ (units clash) | not released | $\theta + (\omega + \omega_g)\, dT$; `drift_rule="literal"` |

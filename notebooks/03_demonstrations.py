@@ -13,7 +13,7 @@
 # %% [markdown]
 # # 03 · Demonstrations: good ones, bad ones, and what copying makes of them
 #
-# One recorded path a task: that is all EMRLD gets. Where do the paths come from? From an **expert** who was told
+# One recorded path per task: that is all EMRLD gets. Where do the paths come from? From an **expert** who was told
 # what the learner never is: the goal, and how far away it is. This notebook trains one in half a minute, records it, spoils the
 # recordings on purpose, and lets a policy *copy* one good and one bad trajectory, to see how far copying goes.
 #
@@ -31,16 +31,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 import torch
 
-from emrld_lite import demonstrator, plots
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
-from emrld_lite.cloning import clone
-from emrld_lite.demonstrations import find
+from emrld_lite.demonstrations import load_demonstrations
+from emrld_lite.demonstrators import recipes
+from emrld_lite.demonstrators.cloning import clone
+from emrld_lite.demonstrators.expert import ExpertConfig, GoalConditioned, train_expert
 from emrld_lite.envs import ENVIRONMENTS, make
-from emrld_lite.expert import ExpertConfig, GoalConditioned, train_expert
+from emrld_lite.experiments import plotting
 from emrld_lite.rollout import collect, episode_returns
 
-plots.use_style()
+plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you
 clock = Clock(
     {
@@ -55,7 +56,7 @@ clock = Clock(
 #
 # The paper trains one expert for *all* tasks of an environment: a policy whose input is the state with the task's numbers appended, $\pi(a \mid s, g_i)$. Its reward is **dense**; for the
 # goal-reaching environments, minus the distance to the goal. (The paper does not name the reward; its released code uses a dense one.) Two hidden layers of 128 units, a learned value network,
-# and TRPO: `emrld_lite.expert` shares rollouts, advantages and the TRPO step with the meta-learner.
+# and TRPO: `emrld_lite.demonstrators.expert` shares rollouts, advantages and the TRPO step with the meta-learner.
 #
 # ### Exercise 1 · Tell it the goal
 #
@@ -86,10 +87,10 @@ if check.with_task(with_task):
     tasks = point.training_tasks()
     theirs = GoalConditioned(point).reset(tasks, 4)
     assert torch.equal(with_task(point.reset(tasks, 4), tasks), theirs)
-    print("Your states equal those of emrld_lite.expert.GoalConditioned.")
+    print("Your states equal those of emrld_lite.demonstrators.expert.GoalConditioned.")
 
 # %% [markdown]
-# **Predict first.** 192 episodes an iteration, each of 100 steps at most. After how many iterations does the point reach a random goal more often than not?
+# **Predict first.** 192 episodes per iteration, each of 100 steps at most. After how many iterations does the point reach a random goal more often than not?
 
 # %% tags=["live-expert", "nbval-ignore-output"]
 history = list(train_expert(ExpertConfig(env="point2d", iterations=60)))
@@ -105,7 +106,7 @@ plt.show()
 
 # %% tags=["expert-is-good"]
 unseen = point.sample_tasks(20, np.random.default_rng(5))
-shown = demonstrator.demonstrate(expert, "point2d", unseen, "optimal", seed=0)
+shown = recipes.demonstrate(expert, "point2d", unseen, "optimal", seed=0)
 reached = (shown.lengths() < 60).double().mean()
 assert history[-1].success > 0.9
 assert reached > 0.9
@@ -134,7 +135,7 @@ clock.at("good data and bad data")
 figure, panels = plt.subplots(2, 4, figsize=(13, 5.6))
 for column, name in zip(panels.T, ENVIRONMENTS, strict=True):
     for axes, quality in zip(column, ("optimal", "suboptimal"), strict=True):
-        plots.all_demonstrations(find(quality, name), axes)
+        plotting.all_demonstrations(load_demonstrations(quality, name), axes)
         axes.set_title(f"{name}\n{quality}", fontsize=10)
 plt.show()
 
@@ -165,7 +166,7 @@ def steps_before_reward(distance, margin):
 
 # %%
 if check.steps_before_reward(steps_before_reward):
-    data = find("suboptimal", "point2d")
+    data = load_demonstrations("suboptimal", "point2d")
     distance = point.distance_to_reward(data.tasks, data.states[:, 0])
     kept = steps_before_reward(distance, 0.2)
     assert (kept >= data.lengths()).all()
@@ -191,7 +192,9 @@ def replay(data):
 
 
 for name in ENVIRONMENTS:
-    good, bad = (replay(find(quality, name)) for quality in ("optimal", "suboptimal"))
+    good, bad = (
+        replay(load_demonstrations(quality, name)) for quality in ("optimal", "suboptimal")
+    )
     assert (good > 60).all() and (bad == 0).all()
     print(f"{name:18} optimal: every task is paid; sub-optimal: none is")
 
@@ -209,9 +212,9 @@ for name in ENVIRONMENTS:
 clock.at("copying alone")
 rollouts, shares = {}, {}
 for name in ENVIRONMENTS:
-    paid = float(replay(find("optimal", name)).mean())
+    paid = float(replay(load_demonstrations("optimal", name)).mean())
     for quality in ("optimal", "suboptimal"):
-        data = find(quality, name)
+        data = load_demonstrations(quality, name)
         episodes = 4 if name == "half_cheetah" else 20
         draws = torch.Generator().manual_seed(0)
         rollout = collect(make(name), data.tasks, clone(data), episodes, draws)
@@ -256,9 +259,9 @@ print("TwoWheeled: a copy of BAD data earns more than a copy of good data")
 task = 12
 figure, panels = plt.subplots(1, 2, figsize=(8.6, 3.6), sharey=True)
 for axes, quality in zip(panels, ("optimal", "suboptimal"), strict=True):
-    data = find(quality, "two_wheeled")
-    plots.all_demonstrations(data.take(slice(task, task + 1)), axes)
-    plots.trajectories(rollouts["two_wheeled", quality], axes, task=task, episodes=20)
+    data = load_demonstrations(quality, "two_wheeled")
+    plotting.all_demonstrations(data.take(slice(task, task + 1)), axes)
+    plotting.trajectories(rollouts["two_wheeled", quality], axes, task=task, episodes=20)
     earned = float(episode_returns(rollouts["two_wheeled", quality])[task].mean())
     axes.set_title(f"{quality} data; the copy earns {earned:.0f}")
 plt.show()
@@ -271,15 +274,15 @@ plt.show()
 # cut off, with more and more noise on its actions.
 
 # %% tags=["noise-helps"]
-expert = demonstrator.load_or_train_expert("two_wheeled", "optimal")
+expert = recipes.load_or_train_expert("two_wheeled", "optimal")
 wheeled = make("two_wheeled")
 tasks = wheeled.training_tasks()
 noises = (0.0, 0.05, 0.1, 0.3)
 earned = {noise: [] for noise in noises}
 for noise in noises:
-    noisy = demonstrator.Quality(action_noise=noise)
+    noisy = recipes.Recipe(action_noise=noise)
     for seed in range(3):
-        data = demonstrator.demonstrate(expert, "two_wheeled", tasks, "optimal", seed, noisy)
+        data = recipes.demonstrate(expert, "two_wheeled", tasks, "optimal", seed, noisy)
         draws = torch.Generator().manual_seed(seed)
         rollout = collect(wheeled, tasks, clone(data, seed=seed), 20, draws)
         earned[noise].append(float(episode_returns(rollout).mean()))
@@ -327,7 +330,10 @@ if check.nearest_distance(nearest_distance):
     figure, axes = plt.subplots(figsize=(6.4, 3))
     first, last = {}, {}
     for quality, look in (("optimal", "-"), ("suboptimal", "--")):
-        data, rollout = find(quality, "two_wheeled"), rollouts["two_wheeled", quality]
+        data, rollout = (
+            load_demonstrations(quality, "two_wheeled"),
+            rollouts["two_wheeled", quality],
+        )
         away = []
         for i in range(24):
             known = data.states[i, 0, : int(data.lengths()[i]), :2]

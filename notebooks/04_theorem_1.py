@@ -34,11 +34,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import torch
 
-from emrld_lite import plots
 from emrld_lite.adapt import Adaptation
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom import theorem_widgets
 from emrld_lite.classroom.clock import Clock
+from emrld_lite.experiments import plotting
 from emrld_lite.tabular import (
     LEFT_RIGHT,
     Claims,
@@ -59,7 +59,7 @@ from emrld_lite.tabular import (
 )
 from emrld_lite.tabular.search import hunt
 
-plots.use_style()
+plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you
 clock = Clock(
     {
@@ -90,7 +90,7 @@ clock = Clock(
 # | $J(\pi)$ | objective | $J = \sum_s \rho(s)\, V^\pi(s)$ |
 # | $d^\pi(s)$ | visitation, a distribution | $(I - \gamma P_\pi)^{\mathsf T} d = (1 - \gamma)\, \rho$ |
 #
-# A **task family** is a list of such worlds, one a task $i$, with task probabilities $p(i)$. Ours, for this notebook: five cells in a
+# A **task family** is a list of such worlds, one per task $i$, with task probabilities $p(i)$. Ours, for this notebook: five cells in a
 # row, the goal at the left end or at the right end. The move into the goal pays 1, and the walk starts again in the middle.
 # **Change it!** Every number below follows.
 
@@ -99,7 +99,7 @@ clock.at("worlds one can solve")
 gamma, step_size = 0.9, 0.5
 mdps = gridworld(1, 5, [(0, 0), (0, 4)], start=(0, 2), discount=gamma, moves=LEFT_RIGHT)
 task_weights = torch.tensor([0.5, 0.5])  # p(i)
-demo = [mixed(optimal_policy(mdp), noise=0.2) for mdp in mdps]  # (state, action) a task
+demo = [mixed(optimal_policy(mdp), noise=0.2) for mdp in mdps]  # (state, action) per task
 old = [torch.full((5, 2), 0.5, dtype=torch.float64) for _ in mdps]  # tosses a coin
 new = [(1 - step_size) * before + step_size * goal for before, goal in zip(old, demo, strict=True)]
 family = (mdps, task_weights, old, new, demo)
@@ -162,7 +162,7 @@ plt.show()
 # $$\begin{aligned} J_{\mathrm{meta}}(\pi_{k+1}) - J_{\mathrm{meta}}(\pi_k) \;\ge\;& \underbrace{\frac{1}{1-\gamma}\, \mathbb E_{i,\; (s,a) \sim d_i^{\pi_{k,i}}}\Big[\frac{\pi_{k+1,i}(a \mid s)}{\pi_{k,i}(a \mid s)}\, A_i(s, a)\Big] - \frac{2 C_1}{1-\gamma}\, \mathbb E_i\big[D_{TV}^{\pi_{k,i}}(\pi_{k+1,i}, \pi_{k,i})\big]}_{\text{group 1}} \\ &+ \underbrace{\frac{\Delta}{1-\gamma} - \frac{2 C_1}{1-\gamma}\, \mathbb E_i\big[D_{TV}^{\pi_{k+1,i}}(\pi_{k+1,i}, \pi_i^{\mathrm{dem}})\big]}_{\text{group 2}} . \end{aligned}$$
 #
 # Here $D_{TV}(\pi_1, \pi_2) = \frac12 \sum_a |\pi_1(a \mid s) - \pi_2(a \mid s)|$ is the total variation in a state $s$, and a policy as superscript, $D_{TV}^{\pi}$, means its
-# average over $s \sim d^\pi$.
+# average over $s \sim d^\pi$. (The paper prints the two as Assumption 3.1 and Theorem 3.2; here they are called Assumption 1 and Theorem 1.)
 #
 # ### Exercise 2 · The numbers of Assumption 1
 #
@@ -173,7 +173,7 @@ plt.show()
 # </details>
 #
 # <details><summary>Hint 2: the shape of the average</summary>
-# <code>(demo * advantage).sum(-1)</code> has one number a task and state.
+# <code>(demo * advantage).sum(-1)</code> has one number per task and state.
 # </details>
 
 
@@ -217,7 +217,7 @@ def show(*names):
 
 # %% [markdown]
 # **Move 1 (definition).** Values are discounted sums of rewards, so $J_i(\pi) = \sum_s \rho(s) V^\pi(s)$ and also
-# $J_i(\pi) = \frac{1}{1-\gamma} \sum_s d^\pi(s) \sum_a \pi(a \mid s) R(s, a)$. (One number a task, for the new policy.)
+# $J_i(\pi) = \frac{1}{1-\gamma} \sum_s d^\pi(s) \sum_a \pi(a \mid s) R(s, a)$. (One number per task, for the new policy.)
 
 # %% tags=["proof-objective"]
 show("objective")
@@ -490,7 +490,7 @@ worst = {name: float(found.violation.max()) for name, found in climbed.items()}
 assert worst["bound"] <= 0 and worst["bound_average_delta"] <= 0
 assert worst["substituted"] > 0.5
 print("printed bound and average Delta, climbed from 32 starts: never broken")
-print("printed bound under the demonstrator's states: broken, by more than C1/2 a step")
+print("printed bound under the demonstrator's states: broken, by more than C1/2 per step")
 
 # %% [markdown]
 # So the printed theorem does **not** survive the substitution. Here is a counterexample small enough to check by hand, found by asking what the climb had built: a path, and
@@ -686,10 +686,10 @@ for name, (w_rl, w_bc, noise) in settings.items():
 
 # %%
 looks = {
-    "EMRLD": plots.LOOKS["emrld"],
+    "EMRLD": plotting.LOOKS["emrld"],
     "cloning only": {"color": "#777777", "linestyle": "-.", "marker": "v"},
-    "MAML": plots.LOOKS["maml"],
-    "EMRLD, poor demonstrator": {**plots.LOOKS["emrld"], "linestyle": ":", "marker": "x"},
+    "MAML": plotting.LOOKS["maml"],
+    "EMRLD, poor demonstrator": {**plotting.LOOKS["emrld"], "linestyle": ":", "marker": "x"},
 }
 figure, panels = plt.subplots(1, 3, figsize=(12, 3.5))
 terms = {
@@ -706,7 +706,7 @@ panels[0].legend(fontsize=8)
 plt.show()
 
 # %% [markdown]
-# *Figure 6. Exact training on the grid, one update of the meta-table a meta-iteration: value of the adapted policies (the thin dotted line is what the poor
+# *Figure 6. Exact training on the grid, one update of the meta-table per meta-iteration: value of the adapted policies (the thin dotted line is what the poor
 # demonstrator earns), the largest Delta of Assumption 1, and its average under the new policy.*
 
 # %% tags=["assumption-1-initial-stages"]
@@ -743,7 +743,7 @@ series = {
 for name, values in series.items():
     axes.plot(values, label=figures.LABELS[name], markevery=8, **figures.LOOKS[name])
 axes.set_yscale("symlog", linthresh=0.01)
-axes.set(xlabel="meta-iteration", ylabel="return gained a meta-iteration", ylim=(-200, 10))
+axes.set(xlabel="meta-iteration", ylabel="return gained per meta-iteration", ylim=(-200, 10))
 axes.set_yticks([-100, -1, -0.01, 0.01, 1], ["-100", "-1", "-0.01", "0.01", "1"])
 axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))
 plt.show()

@@ -26,25 +26,27 @@
 # - say why MAML, Meta-BC and GMPS fail on sparse rewards, each for a reason of its own.
 #
 # **You need** notebooks 01 (policy gradient, cloning) and 02 (sparse rewards). **Time** about 90 minutes, of which the
-# machine computes two. **Paper** Section 2 (Preliminaries), Section 4.1 (Baselines) and Table 2 of Rengarajan et al.,
+# machine computes two. **Paper** Section 2 (Preliminaries), Section 4.1 (Baselines) and Table 1 of Rengarajan et al.,
 # NeurIPS 2022.
 
 # %%
 import matplotlib.pyplot as plt
 import torch
 
-from emrld_lite import losses, plots, policy, results, runs, supervised_update, train, trpo
+from emrld_lite import losses, policy, train, trpo
 from emrld_lite.adapt import adapt
-from emrld_lite.advantage import with_advantages
+from emrld_lite.advantage import Score
 from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
-from emrld_lite.demonstrations import find
+from emrld_lite.config import TrainConfig
+from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import make
-from emrld_lite.meta_update import meta_update
+from emrld_lite.experiments import plotting, results, runs
+from emrld_lite.learners import TaskData, Trpo, cloning_gradient
 from emrld_lite.rollout import collect
 
-plots.use_style()
+plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you
 clock = Clock(
     {
@@ -234,16 +236,15 @@ plt.show()
 # trained (on a dense reward, section 4).
 
 # %% tags=["first-order-angle"]
-point = make("point2d", reward="dense")
-data = find("optimal", "point2d")
+point, score = make("point2d", reward="dense"), Score()  # rewards to advantages
+data = load_demonstrations("optimal", "point2d")
 
 
 def angle(meta_params, rule):
     """Return the degrees between the whole and the first-order meta-gradient."""
     draws = torch.Generator().manual_seed(0)
-    early = with_advantages(collect(point, data.tasks, meta_params, 20, draws), 0.95, 1.0)
-    late = collect(point, data.tasks, adapt(meta_params, early, data, rule), 20, draws)
-    late = with_advantages(late, 0.95, 1.0)
+    early = score(collect(point, data.tasks, meta_params, 20, draws))
+    late = score(collect(point, data.tasks, adapt(meta_params, early, data, rule), 20, draws))
     found = []
     for whole in (True, False):
         leaves = policy.detach(meta_params, requires_grad=True)
@@ -304,7 +305,7 @@ assert untrained_rl < 3 < min(untrained_cloning, trained_rl)
 #
 # ### Exercise 2 · Conjugate gradient
 #
-# *Difficulty 2 of 3, 15 minutes.* `product(v)` returns $A v$. One product an iteration is enough.
+# *Difficulty 2 of 3, 15 minutes.* `product(v)` returns $A v$. One product per iteration is enough.
 #
 # <details><summary>Hint 1: what to keep</summary>
 # Four tensors: the solution, the residual, the direction, and the residual's square, which you need before and after
@@ -471,12 +472,12 @@ if check.full_step(full_step):
 
 # %% tags=["adapt-again"]
 draws = torch.Generator().manual_seed(0)
-early = with_advantages(collect(point, data.tasks, stored.meta_params, 20, draws), 0.95, 1.0)
+early = score(collect(point, data.tasks, stored.meta_params, 20, draws))
 trained = stored.config.adaptation("optimal")  # alpha = 0.1, see section 4
 task_params = adapt(stored.meta_params, early, data, trained)
-late = with_advantages(collect(point, data.tasks, task_params, 20, draws), 0.95, 1.0)
-region = stored.config.trust_region
-stepped, step = meta_update(stored.meta_params, early, late, data, trained, region, draws)
+late = score(collect(point, data.tasks, task_params, 20, draws))
+learner = stored.config.learner(stored.meta_params)  # TRPO
+stepped, step = learner.update(stored.meta_params, TaskData(early, late, data), trained, draws)
 assert step.note == ""
 move = {name: (stepped[name] - stored.meta_params[name]) * 2**step.backtracks for name in stepped}
 old = policy.distribution(task_params, late.states)
@@ -504,7 +505,7 @@ for axes, column, name in zip(panels, (0, 1), ("mean KL (nats)", "surrogate"), s
     axes.plot(fractions, again[:, column], "-o", label="adapted again", markersize=4)
     axes.plot(fractions, moved[:, column], "--^", label="moved by the same step", markersize=4)
     axes.set(xlabel="fraction of the full step", ylabel=name)
-bound = region.for_actions(2).max_kl
+bound = stored.config.trust_region.for_actions(2).max_kl
 panels[0].plot(fractions, bound * fractions**2, ":", color="black", label="quadratic form")
 panels[0].legend()
 plt.show()
@@ -530,7 +531,7 @@ print("Adapted again, the same step moves the policies further and lowers the su
 # Now the whole of MAML, on Point2D (twelve goals on a semicircle, notebook 02), with two rewards: *dense*, minus the
 # distance to the goal at every step, and *sparse*, zero unless the point is within 0.2 of its goal. Same code, same
 # start, same random draws; $\alpha = 0.1$ for both, which Finn et al. (2017) chose for dense rewards and which serves
-# MAML better here than Table 2's 0.01. Returns of different rewards cannot be compared, so we measure the same thing
+# MAML better here than Table 1's 0.01. Returns of different rewards cannot be compared, so we measure the same thing
 # for both: how far from its goal an adapted policy ends, and how many of the episodes it adapts on hold any reward at
 # all.
 #
@@ -556,7 +557,7 @@ def episodes_with_signal(rollout):
 clock.at("dense and sparse, side by side")
 histories = {}
 for reward in ("dense", "sparse"):
-    config = train.TrainConfig(algorithm="maml", reward=reward, adapt_lr=0.1, seed=0, iterations=60)
+    config = TrainConfig(algorithm="maml", reward=reward, adapt_lr=0.1, seed=0, iterations=60)
     rows = []
     for iterate in train.meta_train(config, data):
         rows.append((distance_at_the_end(iterate.after), episodes_with_signal(iterate.before)))
@@ -596,7 +597,7 @@ lengths = {}
 for reward in ("dense", "sparse"):
     environment = make("point2d", reward=reward)
     draws = torch.Generator().manual_seed(0)
-    rollout = with_advantages(collect(environment, data.tasks, fresh, 20, draws), 0.95, 1.0)
+    rollout = score(collect(environment, data.tasks, fresh, 20, draws))
     adapted = adapt(fresh, rollout, data, maml)
     changes = [(adapted[name] - fresh[name]).flatten(1) for name in fresh]
     lengths[reward] = torch.cat(changes, 1).norm(dim=1)
@@ -623,7 +624,7 @@ print("dense: every task moves; sparse: at least 8 of 12 tasks do not move at al
 final = [row.return_after for row in stored.curve[-10:]]
 untrained = stored.curve[0].return_after
 draws = torch.Generator().manual_seed(1)
-trial = with_advantages(collect(point, data.tasks, stored.meta_params, 20, draws), 0.95, 1.0)
+trial = score(collect(point, data.tasks, stored.meta_params, 20, draws))
 solved = adapt(stored.meta_params, trial, data, trained)
 test = collect(point, data.tasks, solved, 20, draws)
 nearest = (test.states - data.tasks[:, None, None]).norm(dim=-1)  # (task, episode, time)
@@ -643,7 +644,7 @@ print("stored run: over 90 % of adapted episodes come within 0.2 of their goal")
 # - **Meta-BC** (after Finn et al., 2017b) replaces RL by cloning in *both* steps. No reward is ever used.
 # - **GMPS** (guided meta-policy search, Mendonca et al., 2019) adapts by RL, and clones in the meta-update.
 #
-# Both minimise, by Adam with learning rate 0.01 (Table 2), the demonstrations' negative log-likelihood *after*
+# Both minimise, by Adam with learning rate 0.01 (Table 1), the demonstrations' negative log-likelihood *after*
 # adaptation,
 #
 # $$\min_\theta \; \mathbb E_i \big[ \mathcal L^{\mathrm{BC}}_i\big(\theta_i(\theta);\, \mathcal D^{\mathrm{dem}}_i\big) \big] , \qquad\text{(supervised)}$$
@@ -656,7 +657,7 @@ clock.at("two more rows of the table")
 print(f"{'':10}{'warm start':>12}{'w_rl':>10}{'w_bc':>6}{'meta-update':>20}")
 for row in ALGORITHMS.values():
     w_rl = "0.2 or 1" if row.w_rl is None else f"{row.w_rl:g}"
-    outer = "RL, TRPO" if row.meta_update == "rl" else "cloning, Adam"
+    outer = "RL, TRPO" if row.learner is Trpo else "cloning, Adam"
     start = "one BC step" if row.warm_start else "-"
     print(f"{row.label:10}{start:>12}{w_rl:>10}{row.w_bc:>6g}{outer:>20}")
 
@@ -691,9 +692,9 @@ def supervised_meta_loss(theta, tasks, alpha):
 if check.supervised_meta_loss(supervised_meta_loss):
     sparse_point = make("point2d")
     draws = torch.Generator().manual_seed(0)
-    rollout = with_advantages(collect(sparse_point, data.tasks, fresh, 20, draws), 0.95, 1.0)
+    rollout = score(collect(sparse_point, data.tasks, fresh, 20, draws))
     gmps = ALGORITHMS["gmps"].adaptation("optimal")
-    package = supervised_update.cloning_gradient(fresh, rollout, data, gmps)
+    package = cloning_gradient(fresh, [TaskData(rollout, rollout, data)], gmps)
     theta = policy.to_vector(fresh).requires_grad_()
 
     def of(loss, values, task):
@@ -708,7 +709,7 @@ if check.supervised_meta_loss(supervised_meta_loss):
     print("The gradient of your loss is the one GMPS follows in the package.")
 
 # %% [markdown]
-# ### One trajectory a task is not much
+# ### One trajectory per task is not much
 #
 # Meta-BC learns from the twelve paths you see below, and from nothing else. It learns them well. **Predict first:**
 # after the adaptation step, how will its policy act a few steps on, where its own small errors have carried it beside
@@ -721,18 +722,16 @@ shown = {}
 for name in ("meta-bc", "gmps"):
     run = runs.load_run(runs.SHIPPED / f"point2d-optimal-{name}-seed0")
     rule = ALGORITHMS[name].adaptation("optimal")
-    trial = with_advantages(
-        collect(sparse_point, data.tasks, run.meta_params, 20, draws), 0.95, 1.0
-    )
+    trial = score(collect(sparse_point, data.tasks, run.meta_params, 20, draws))
     task_params = adapt(run.meta_params, trial, data, rule)
     shown[name] = (trial, task_params, collect(sparse_point, data.tasks, task_params, 20, draws))
 figure, panels = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True)
 for axes, (name, (_, _, rollout)) in zip(panels, shown.items(), strict=True):
-    plots.arena(axes, data.tasks)
+    point.draw_tasks(axes, data.tasks)
     for task in range(0, 12, 3):
-        plots.trajectories(rollout, axes, task, 5, color=plots.LOOKS[name]["color"])
-        plots.demonstration(data.states[task, 0, : int(data.lengths()[task])], axes)
-    axes.set_title(f"{plots.label(name)}, after one step")
+        plotting.trajectories(rollout, axes, task, 5, color=plotting.LOOKS[name]["color"])
+        plotting.demonstration(data.states[task, 0, : int(data.lengths()[task])], axes)
+    axes.set_title(f"{plotting.label(name)}, after one step")
 plt.show()
 
 # %% [markdown]
@@ -794,7 +793,7 @@ print("tasks without a reward keep the meta-policy; its first action is near the
 # %% [markdown]
 # The paper again: "negligible learning signal", and little data for the meta-update. Both failures are findings only if
 # the baselines had their chance. Adam's learning rate could be to blame, so the repository keeps four of them for each
-# (`--meta-lr`; 0.01 is Table 2's). Here is the mean return after adaptation over the last ten iterations:
+# (`--meta-lr`; 0.01 is Table 1's). Here is the mean return after adaptation over the last ten iterations:
 
 # %% tags=["learning-rates"]
 rates = ("0.001", "0.003", "0.01", "0.03")
@@ -806,7 +805,7 @@ for env in ("point2d", "two_wheeled"):
             folder = f"{env}-optimal-{name}{'' if rate == '0.01' else '-lr' + rate}-seed0"
             curve = runs.load_run(runs.SHIPPED / folder).curve
             cells.append(sum(row.return_after for row in curve[-10:]) / 10)
-        print(f"{env:14}{plots.label(name):10}" + "".join(f"{cell:8.1f}" for cell in cells))
+        print(f"{env:14}{plotting.label(name):10}" + "".join(f"{cell:8.1f}" for cell in cells))
         assert max(cells) < 50  # EMRLD is above 70 on both
 
 # %% [markdown]
@@ -820,7 +819,7 @@ for env in ("point2d", "two_wheeled"):
 # |---|---|---|---|
 # | conjugate gradient | not described | direction and residual share memory (Figure 2) | a copy, tested against a direct solve |
 # | bound on the KL | not given | 0.01, of the mean over action dimensions | 0.01 for each dimension: 0.02 here, 0.06 for the cheetah |
-# | Fisher matrix | not described | not compared | 200 steps a task, damping 0.1, ten iterations |
+# | Fisher matrix | not described | not compared | 200 steps per task, damping 0.1, ten iterations |
 # | later adaptation steps, at test time | not described | not compared | at a tenth of the rate (Finn et al., 2017: half) |
 # | MAML, Meta-BC and GMPS on sparse rewards | "fail" | – | they stay far behind; MAML learns a little here |
 #

@@ -35,15 +35,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 import torch
 
-from emrld_lite import figures, machine, plots, runs, train
+from emrld_lite import train
 from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
-from emrld_lite.demonstrations import find
-from emrld_lite.intervals import BEHIND, EVEN, bootstrap_interval, verdict
-from emrld_lite.intervals import interquartile_mean as package_mean
-from emrld_lite.results import (
+from emrld_lite.demonstrations import load_demonstrations
+from emrld_lite.experiments import machine, paper_figures, plotting, runs
+from emrld_lite.experiments.intervals import BEHIND, EVEN, bootstrap_interval, verdict
+from emrld_lite.experiments.intervals import interquartile_mean as package_mean
+from emrld_lite.experiments.results import (
     EARNED,
+    FLAT,
     STEPS_SHOWN,
     TITLES,
     largest_fall,
@@ -53,10 +55,10 @@ from emrld_lite.results import (
     training_scores,
     unseen_scores,
 )
-from emrld_lite.results import late_rise as package_rise
+from emrld_lite.experiments.results import late_rise as package_rise
 from emrld_lite.storage import read_json
 
-plots.use_style()
+plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you, and gives the digits of the stored runs
 clock = Clock(
     {
@@ -83,7 +85,7 @@ returns = {name: unseen_scores(stored[name], step=1) for name in ("emrld", "meta
 assert all(table.shape == (3, 20) for table in returns.values())  # (seed, task)
 figure, axes = plt.subplots(figsize=(6.4, 3.2))
 for place, (name, table) in enumerate(returns.items()):
-    look = {key: plots.LOOKS[name][key] for key in ("color", "marker")}
+    look = {key: plotting.LOOKS[name][key] for key in ("color", "marker")}
     for seed, row in enumerate(table):
         where = 3 * place + 0.8 * seed
         axes.plot(where + np.linspace(-0.25, 0.25, 20), row, linestyle="none", markersize=4, **look)
@@ -132,7 +134,7 @@ if check.interquartile_mean(interquartile_mean):
     for table in returns.values():
         for scores in (table, table.mean(1)):
             assert np.isclose(interquartile_mean(scores), package_mean(scores))
-    print("Your numbers equal those of emrld_lite.intervals.interquartile_mean.")
+    print("Your numbers equal those of emrld_lite.experiments.intervals.interquartile_mean.")
 
 # %% [markdown]
 # **And its interval.** How different could that number have been, had we drawn other seeds? The *bootstrap* answers
@@ -167,7 +169,7 @@ if check.resampled_runs(resampled_runs):
     draws = [resampled_runs(scores, random).mean() for _ in range(4000)]
     ours, package = np.quantile(draws, [0.025, 0.975]), bootstrap_interval([scores])
     assert np.allclose(ours, package[1:], atol=0.5)
-    print("Your interval equals that of emrld_lite.intervals.bootstrap_interval.")
+    print("Your interval equals that of emrld_lite.experiments.intervals.bootstrap_interval.")
 
 # %% [markdown]
 # **Predict first.** A tempting shortcut: the table has sixty numbers, so draw sixty numbers. For Meta-BC of Figure 1, will
@@ -219,7 +221,7 @@ print(f"three seeds each: {len(neat)} of {len(splits)} splits are as neat; five 
 
 # %% tags=["figure-3"]
 clock.at("good demonstrations")
-figure = figures.results(runs.SHIPPED, "optimal")
+figure = paper_figures.results(runs.SHIPPED, "optimal")
 plt.show()
 
 # %% [markdown]
@@ -232,7 +234,7 @@ plt.show()
 
 # %% tags=["ahead-optimal"]
 def against_the_best(quality):
-    """Print and return the difference of each variant to the best baseline, a world a row."""
+    """Print and return the difference of each variant to the best baseline, a row per world."""
     differences = {}
     for env, title in TITLES.items():
         seeds = stored_seeds(runs.SHIPPED, env, quality)
@@ -242,9 +244,10 @@ def against_the_best(quality):
             gap = bootstrap_interval([table[name]], [table[best]])
             differences[env, name] = gap
             print(
-                f"{title:12}{plots.label(name):9}{bootstrap_interval([table[name]]):6.1f}", end=""
+                f"{title:12}{plotting.label(name):9}{bootstrap_interval([table[name]]):6.1f}",
+                end="",
             )
-            print(f"   against {plots.label(best):8}{gap:+7.1f}   {verdict(gap)}")
+            print(f"   against {plotting.label(best):8}{gap:+7.1f}   {verdict(gap)}")
     return differences
 
 
@@ -308,7 +311,7 @@ for env, title in TITLES.items():
 # Now *see* the returns. Fig. 5 sends the adapted TwoWheeled policies to twenty random goals.
 
 # %% tags=["figure-5"]
-figure = figures.trajectories(runs.SHIPPED)
+figure = paper_figures.trajectories(runs.SHIPPED)
 plt.show()
 
 # %% [markdown]
@@ -327,7 +330,7 @@ plt.show()
 
 # %% tags=["figure-4"]
 clock.at("bad demonstrations")
-figure = figures.results(runs.SHIPPED, "suboptimal")
+figure = paper_figures.results(runs.SHIPPED, "suboptimal")
 plt.show()
 
 # %% [markdown]
@@ -354,7 +357,7 @@ for env, title in TITLES.items():
         )
         gap = bootstrap_interval([good], [bad])
         print(
-            f"{title:12}{plots.label(name):8} optimal less sub-optimal: {gap:+6.1f}   {verdict(gap)}"
+            f"{title:12}{plotting.label(name):8} optimal less sub-optimal: {gap:+6.1f}   {verdict(gap)}"
         )
 
 # %% [markdown]
@@ -373,15 +376,15 @@ for shift, (quality, step) in zip((-0.12, 0.12), STEPS_SHOWN.items(), strict=Tru
         seeds = {env: stored_seeds(runs.SHIPPED, env, quality)[name] for env in TITLES}
         strata = [run_scores(seeds[env], step) / EARNED[env] for env in TITLES]
         share = pooled[quality, name] = bootstrap_interval(strata)
-        look = {key: plots.LOOKS[name][key] for key in ("color", "marker")}
+        look = {key: plotting.LOOKS[name][key] for key in ("color", "marker")}
         filled = {} if quality == "optimal" else {"markerfacecolor": "white"}
         axes.plot([place + shift] * 2, share[1:], color=look["color"])
         axes.plot(place + shift, share.estimate, **look, **filled)
-axes.set_xticks(range(5), [plots.label(name) for name in ALGORITHMS])
+axes.set_xticks(range(5), [plotting.label(name) for name in ALGORITHMS])
 axes.set_ylabel("share of the demonstrator's return")
 plt.show()
 for name in ALGORITHMS:
-    print(f"{plots.label(name):9}", "   ".join(f"{pooled[q, name]:.2f}" for q in STEPS_SHOWN))
+    print(f"{plotting.label(name):9}", "   ".join(f"{pooled[q, name]:.2f}" for q in STEPS_SHOWN))
 assert min(pooled[quality, name].low for quality in STEPS_SHOWN for name in OURS) > 0.6
 assert max(pooled[quality, name].high for quality in STEPS_SHOWN for name in BASELINES) < 0.5
 
@@ -400,7 +403,7 @@ assert max(pooled[quality, name].high for quality in STEPS_SHOWN for name in BAS
 
 # %% tags=["figure-6"]
 clock.at("changing dynamics")
-figure = figures.drift(runs.SHIPPED)
+figure = paper_figures.drift(runs.SHIPPED)
 plt.show()
 
 # %% [markdown]
@@ -413,11 +416,11 @@ drifts = {name: run_scores(seeds[name], 1) for name in ALGORITHMS}
 for name, table in drifts.items():
     before = bootstrap_interval([run_scores(seeds[name], 0)])
     print(
-        f"{plots.label(name):9} before {before:5.1f}   one step {bootstrap_interval([table]):5.1f}"
+        f"{plotting.label(name):9} before {before:5.1f}   one step {bootstrap_interval([table]):5.1f}"
     )
 gaps = {name: bootstrap_interval([drifts[name]], [drifts["maml"]]) for name in OURS}
 for name, gap in gaps.items():
-    print(f"{plots.label(name):9} less MAML: {gap:+5.1f}   {verdict(gap)}")
+    print(f"{plotting.label(name):9} less MAML: {gap:+5.1f}   {verdict(gap)}")
     assert verdict(gap) == EVEN
 
 # %% [markdown]
@@ -464,8 +467,8 @@ for env, title in TITLES.items():
             seeds = stored_seeds(runs.SHIPPED, env, quality)[name]
             cells.append(max(package_rise(run) for run in seeds) / EARNED[env])
         rises[env, name] = cells
-        print(f"{title:14}{plots.label(name):36}" + "".join(f"{cell:>10.1%}" for cell in cells))
-over = {run for run, cells in rises.items() if max(cells) > 0.05}
+        print(f"{title:14}{plotting.label(name):36}" + "".join(f"{cell:>10.1%}" for cell in cells))
+over = {run for run, cells in rises.items() if max(cells) > FLAT}
 assert over == {("two_wheeled", "meta-bc"), ("two_wheeled", "gmps")}
 
 # %% [markdown]
@@ -485,7 +488,7 @@ print(facts["command"])
 print("made on:", facts["processor"])
 print("this is:", machine.processor())
 config = dataclasses.replace(promised.config, iterations=40)
-live = [step.record for step in train.meta_train(config, find("optimal", "point2d"))]
+live = [step.record for step in train.meta_train(config, load_demonstrations("optimal", "point2d"))]
 same = [
     one.return_after == other.return_after for one, other in zip(live, promised.curve, strict=False)
 ]
@@ -493,7 +496,7 @@ print(f"{sum(same)} of {len(same)} iterations agree in every digit")
 
 # %% tags=["replay-lands"]
 figure, axes = plt.subplots(figsize=(6.4, 3))
-look = {key: plots.LOOKS["emrld-ws"][key] for key in ("color", "linestyle")}
+look = {key: plotting.LOOKS["emrld-ws"][key] for key in ("color", "linestyle")}
 axes.plot([row.return_after for row in promised.curve[:60]], label="stored", **look)
 axes.plot([row.return_after for row in live], color="black", linewidth=1, label="just now")
 axes.set(xlabel="meta-iteration", ylabel="mean return after adaptation")

@@ -35,16 +35,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 import torch
 
-from emrld_lite import figures, losses, plots, policy, runs, train
+from emrld_lite import losses, policy, train
 from emrld_lite.adapt import adapt, warm_start
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
-from emrld_lite.demonstrations import find
-from emrld_lite.grid import load_grid
-from emrld_lite.intervals import BEHIND, bootstrap_interval, verdict
-from emrld_lite.results import run_scores, seeds_of, training_scores
-from emrld_lite.rollout import collect
-from emrld_lite.studies import (
+from emrld_lite.config import TrainConfig
+from emrld_lite.demonstrations import load_demonstrations
+from emrld_lite.experiments import paper_figures, plotting, runs
+from emrld_lite.experiments.grid import load_grid
+from emrld_lite.experiments.intervals import BEHIND, bootstrap_interval, verdict
+from emrld_lite.experiments.results import run_scores, seeds_of, training_scores
+from emrld_lite.experiments.studies import (
     CONTROL,
     SENSITIVITY_END,
     STUDY_END,
@@ -52,8 +53,9 @@ from emrld_lite.studies import (
     sensitivity_runs,
     switch_runs,
 )
+from emrld_lite.rollout import collect
 
-plots.use_style()
+plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you
 clock = Clock(
     {
@@ -103,7 +105,7 @@ if check.one_at_a_time(one_at_a_time):
     }
     for name, settings in one_at_a_time({"algorithm": "emrld-ws", "seed": 0}, changes).items():
         if name != "control":
-            assert train.TrainConfig(**settings) == grid[name]
+            assert TrainConfig(**settings) == grid[name]
     print(
         "Your plan equals that of data/grids/switches.toml, from which the stored runs were made."
     )
@@ -155,7 +157,7 @@ if check.seed_differences(seed_differences):
 
 # %% tags=["figure-8"]
 clock.at("without cloning, without RL")
-figure = figures.ablation(runs.SHIPPED)
+figure = paper_figures.ablation(runs.SHIPPED)
 plt.show()
 
 # %% [markdown]
@@ -191,7 +193,7 @@ for quality in ("optimal", "suboptimal"):
 # **Why?** Look at what the RL loss gets to see. EMRLD's trajectories to adapt on come from the *unadapted* policy.
 
 # %% tags=["nothing-to-see", "nbval-ignore-output"]
-demos = find("optimal", "point2d")
+demos = load_demonstrations("optimal", "point2d")
 shares = {}
 for name in ("emrld", "emrld-ws"):
     run = runs.load_run(seeds_of(runs.SHIPPED, f"point2d-optimal-{name}")[0])
@@ -199,7 +201,7 @@ for name in ("emrld", "emrld-ws"):
     start = warm_start(run.meta_params, demos, rule)
     trial = collect(run.config.environment(), demos.tasks, start, 20, draws)
     shares[name] = float((trial.rewards.sum(-1) > 0).float().mean())
-    print(f"{plots.label(name):9}: {shares[name]:.0%} of the episodes it adapts on are rewarded")
+    print(f"{plotting.label(name):9}: {shares[name]:.0%} of the episodes it adapts on are rewarded")
 assert shares["emrld"] < 0.02 and shares["emrld-ws"] > 0.5
 
 # %% [markdown]
@@ -221,7 +223,7 @@ for env, quality, name, end in (
     without = seeds_of(runs.SHIPPED, f"ablation-{env}-{quality}-{name}-w_rl0.0")
     gap = bootstrap_interval([training_scores(without, end)], [training_scores(control, end)])
     elsewhere[env, quality, name] = gap
-    print(f"{env:13}{quality:11}{plots.label(name):9} w_rl = 0: {gap:+5.1f}   {verdict(gap)}")
+    print(f"{env:13}{quality:11}{plotting.label(name):9} w_rl = 0: {gap:+5.1f}   {verdict(gap)}")
     assert verdict(gap) != BEHIND
 
 # %% [markdown]
@@ -239,7 +241,7 @@ for env, quality, name, end in (
 
 # %% tags=["figure-7"]
 clock.at("how much of each")
-figure = figures.sensitivity(runs.SHIPPED)
+figure = paper_figures.sensitivity(runs.SHIPPED)
 plt.show()
 
 # %% [markdown]
@@ -257,7 +259,7 @@ for name in ("emrld", "emrld-ws"):
                 [[r.return_after for r in runs.load_run(s).curve[:100]] for s in seeds]
             )
             halfway[name, varied, value] = int(np.argmax(curves.mean(0) > 35))
-        print(f"{plots.label(name):9}{varied} = 0.2 to 1: late return", end="")
+        print(f"{plotting.label(name):9}{varied} = 0.2 to 1: late return", end="")
         print(
             "".join(f"{mean:6.1f}" for mean in late), f"  span {max(late) - min(late):4.1f}", end=""
         )
@@ -288,7 +290,7 @@ for name in ("emrld", "emrld-ws"):
 
 # %% tags=["switches"]
 clock.at("the ledger as experiments")
-figure = figures.switches(runs.SHIPPED)
+figure = paper_figures.switches(runs.SHIPPED)
 plt.show()
 
 # %% [markdown]
@@ -352,7 +354,7 @@ if check.averaged_log_density(averaged_log_density):
     print("In two dimensions the averaged loss has half the gradient: it is a halved alpha.")
 
 # %% [markdown]
-# So in Table 2 the same $\alpha = 0.01$ means two things, by a factor of the action's dimension. The stored runs of this switch simply have $\alpha = 0.005$. (TRPO's own step keeps
+# So in Table 1 the same $\alpha = 0.01$ means two things, by a factor of the action's dimension. The stored runs of this switch simply have $\alpha = 0.005$. (TRPO's own step keeps
 # its length, which the KL bound sets.)
 #
 # ### A reward made of nothing
@@ -362,14 +364,14 @@ if check.averaged_log_density(averaged_log_density):
 
 # %% tags=["reward-from-nothing", "nbval-ignore-output"]
 draws = torch.Generator().manual_seed(0)
-trial = collect(train.TrainConfig().environment(), demos.tasks, fresh, 20, draws)
+trial = collect(TrainConfig().environment(), demos.tasks, fresh, 20, draws)
 unpaid = trial.rewards.sum((1, 2)) == 0  # (task,)
 
 
 def mean_step(**settings):
     """Return the mean length of an untrained policy's adaptation step in the tasks without reward."""
-    config = train.TrainConfig(**settings)
-    adapted = adapt(fresh, config.scored(trial), demos, config.adaptation("optimal"))
+    config = TrainConfig(**settings)
+    adapted = adapt(fresh, config.score()(trial), demos, config.adaptation("optimal"))
     moved = [(adapted[name] - fresh[name]).flatten(1) for name in fresh]
     return float(torch.cat(moved, 1).norm(dim=1)[unpaid].mean())
 
@@ -387,7 +389,7 @@ assert lengths[0] == 0 < lengths[1] < 0.03 * lengths[2]
 #
 # ## 5 · Your own experiment
 #
-# Choose a **switch** (any setting of `train.TrainConfig`: `python -m emrld_lite train --help` lists them) and a **budget** of iterations. The cell trains the control and your run
+# Choose a **switch** (any setting of `TrainConfig`: `python -m emrld_lite train --help` lists them) and a **budget** of iterations. The cell trains the control and your run
 # live from the same seed. Write down what you expect before you run it. Ideas: `{"w_bc": 0.1}`, `{"adapt_lr": 0.02}`, `{"discount": 0.99}`, `{"episodes": 5}`,
 # `{"network_start": "xavier"}`.
 
@@ -395,12 +397,13 @@ assert lengths[0] == 0 < lengths[1] < 0.03 * lengths[2]
 clock.at("your own experiment")
 switch = {"bc_reduction": "sum"}
 budget = 25
-control = train.TrainConfig(algorithm="emrld-ws", demos="optimal", seed=0, iterations=budget)
+control = TrainConfig(algorithm="emrld-ws", demos="optimal", seed=0, iterations=budget)
 switched = dataclasses.replace(control, **switch)
 curves = {}
 for name, config in (("control", control), (str(switch), switched)):
     curves[name] = [
-        step.record for step in train.meta_train(config, find(config.demos, config.env))
+        step.record
+        for step in train.meta_train(config, load_demonstrations(config.demos, config.env))
     ]
     print(f"{name}: return {curves[name][-1].return_after:.0f} after {budget} iterations")
 

@@ -1,5 +1,6 @@
 """Small problems that the tests share."""
 
+import jaxtyping
 import numpy as np
 import pytest
 import torch
@@ -9,8 +10,13 @@ from emrld_lite.envs import make
 from emrld_lite.rollout import Rollout
 
 
+def without_time(curve):
+    """Return the records of a curve without the one field that no two runs share."""
+    return [record._replace(seconds=0.0) for record in curve]
+
+
 def random_params(seed, tasks=None, dtype=torch.float64, hidden=(5, 4), state_dim=2, action_dim=2):
-    """Return small random parameters, one set or one a task, with biases and sigmas that differ."""
+    """Return small random parameters, one set or one per task, with biases and sigmas that differ."""
     random = torch.Generator().manual_seed(seed)
     params = policy.initialise(state_dim, action_dim, seed, hidden)
     leading = () if tasks is None else (tasks,)
@@ -54,6 +60,14 @@ def random_demonstrations(seed, tasks=3, longest=5, dtype=torch.float64, quality
         quality=quality,
     )
     return made.map(lambda values: values.to(dtype))
+
+
+@pytest.fixture
+def shapes_unchecked():
+    """Let wrong types through to the package, whose own refusals are then what is tested."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 @pytest.fixture(autouse=True)

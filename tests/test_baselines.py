@@ -6,13 +6,24 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import adapt, losses, policy, runs, supervised_update, train, trpo
+from emrld_lite import adapt, losses, policy, trpo
+from emrld_lite.advantage import Score
 from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.config import TrainConfig
-from emrld_lite.demonstrations import find
+from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import ENVIRONMENTS, make
 from emrld_lite.envs.base import Transition
 from emrld_lite.evaluate import adaptation_curve
+from emrld_lite.experiments import runs
+from emrld_lite.learners import (
+    Adam,
+    TaskData,
+    Trpo,
+    adapted_kl,
+    chunks,
+    cloning_gradient,
+    policies_after,
+)
 from emrld_lite.policy import initialise
 from emrld_lite.rollout import collect, episode_returns
 from emrld_lite.train import meta_train
@@ -38,15 +49,14 @@ def all_finite(params):
 
 def test_the_table_is_the_paper_s():
     table = {
-        name: (row.warm_start, row.w_rl, row.w_bc, row.meta_update)
-        for name, row in ALGORITHMS.items()
+        name: (row.warm_start, row.w_rl, row.w_bc, row.learner) for name, row in ALGORITHMS.items()
     }
     assert table == {
-        "emrld": (False, None, 1.0, "rl"),  # None: 0.2 or 1, by the data's quality
-        "emrld-ws": (True, None, 1.0, "rl"),
-        "maml": (False, 1.0, 0.0, "rl"),
-        "meta-bc": (False, 0.0, 1.0, "bc"),
-        "gmps": (False, 1.0, 0.0, "bc"),
+        "emrld": (False, None, 1.0, Trpo),  # None: 0.2 or 1, by the data's quality
+        "emrld-ws": (True, None, 1.0, Trpo),
+        "maml": (False, 1.0, 0.0, Trpo),
+        "meta-bc": (False, 0.0, 1.0, Adam),
+        "gmps": (False, 1.0, 0.0, Adam),
     }
 
 
@@ -55,7 +65,7 @@ def test_the_table_is_the_paper_s():
 @pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
 def test_every_pair_trains_and_adapts(env, algorithm, quality):
     config = dataclasses.replace(SMALL, env=env, algorithm=algorithm, demos=quality)
-    data = find(quality, env)
+    data = load_demonstrations(quality, env)
     few = data.map(lambda values: values[[0, len(data.tasks) - 1]])
     iterate = next(meta_train(config, few))
     assert all_finite(iterate.meta_params)
@@ -83,7 +93,8 @@ def test_its_gradient_equals_finite_differences(rule):
         trial = policy.from_vector(vector, params)
         return float(losses.bc_loss(adapt.adapt(trial, before, demos, rule), demos).mean())
 
-    gradient = policy.to_vector(supervised_update.cloning_gradient(params, before, demos, rule))
+    data = TaskData(before, before, demos)
+    gradient = policy.to_vector(cloning_gradient(params, [data], rule))
     at = policy.to_vector(params)
     random = torch.Generator().manual_seed(0)
     for _ in range(4):
@@ -95,40 +106,56 @@ def test_its_gradient_equals_finite_differences(rule):
 
 def test_more_tasks_than_one_chunk_give_the_mean_over_tasks():
     params, before, demos = random_params(0), random_rollout(2, 6), random_demonstrations(1, 6)
-    together = supervised_update.cloning_gradient(params, before, demos, META_BC)
+    parts = chunks(TaskData(before, before, demos))
+    assert [len(part.demonstrations.tasks) for part in parts] == [4, 2]
+    together = cloning_gradient(params, parts, META_BC)
+    single = [slice(task, task + 1) for task in range(6)]
     alone = [
-        supervised_update.cloning_gradient(
-            params,
-            type(before)(*(values[task : task + 1] for values in before)),
-            demos.take(slice(task, task + 1)),
-            META_BC,
+        cloning_gradient(
+            params, [TaskData(before.take(one), before.take(one), demos.take(one))], META_BC
         )
-        for task in range(6)
+        for one in single
     ]
     for name, value in together.items():
         torch.testing.assert_close(value, torch.stack([one[name] for one in alone]).mean(0))
 
 
 def test_adam_equals_its_formula_written_out():
-    random = torch.Generator().manual_seed(0)
-    params = {"weight": torch.randn(3, generator=random, dtype=torch.float64)}
-    moments, rate = None, 0.01
-    expected, mean, square = params["weight"].clone(), torch.zeros(3), torch.zeros(3)
+    data = TaskData(random_rollout(2), random_rollout(3), random_demonstrations(1))
+    params, rate = random_params(0), 0.01
+    learner = Adam(params, rate)
+    expected = policy.to_vector(params)
+    mean, square = torch.zeros_like(expected), torch.zeros_like(expected)
     for step in range(1, 6):
-        gradient = torch.randn(3, generator=random, dtype=torch.float64)
-        params, moments = supervised_update.adam_step(params, {"weight": gradient}, moments, rate)
+        gradient = policy.to_vector(cloning_gradient(params, chunks(data), META_BC))
+        params, _ = learner.update(params, data, META_BC, torch.Generator())
         mean = 0.9 * mean + 0.1 * gradient  # Kingma and Ba (2015), algorithm 1
         square = 0.999 * square + 0.001 * gradient**2
         corrected = mean / (1 - 0.9**step), square / (1 - 0.999**step)
         expected = expected - rate * corrected[0] / (corrected[1].sqrt() + 1e-8)
-        torch.testing.assert_close(params["weight"], expected)
-    assert moments.step == 5
+        torch.testing.assert_close(policy.to_vector(params), expected)
+    assert learner.state()["adam.step.weight_0"] == 5
+
+
+def test_adam_goes_on_from_a_checkpoint_as_if_it_had_not_stopped():
+    data = TaskData(random_rollout(2), random_rollout(3), random_demonstrations(1))
+    theta = random_params(0)
+    learner = Adam(theta, 0.01)
+    theta, _ = learner.update(theta, data, META_BC, torch.Generator())
+    resumed = Adam(theta, 0.01)
+    resumed.load(learner.state())
+    forgetful = Adam(theta, 0.01)
+    straight, again, other = (
+        policy.to_vector(one.update(theta, data, META_BC, torch.Generator())[0])
+        for one in (learner, resumed, forgetful)
+    )
+    assert torch.equal(straight, again) and not torch.allclose(straight, other)
 
 
 def test_the_recorded_divergence_is_that_of_the_adapted_policies():
     old, new = random_params(0), random_params(5)
     before, after, demos = random_rollout(2), random_rollout(3), random_demonstrations(1)
-    measured = supervised_update.adapted_kl(old, new, before, after, demos, META_BC)
+    measured = adapted_kl(old, new, chunks(TaskData(before, after, demos)), META_BC)
     pair = [
         policy.distribution(adapt.adapt(params, before, demos, META_BC), after.states)
         for params in (old, new)
@@ -138,22 +165,30 @@ def test_the_recorded_divergence_is_that_of_the_adapted_policies():
     assert measured == pytest.approx(float((each.sum((1, 2)) / after.mask.sum((1, 2))).mean()))
 
 
-def test_a_gradient_that_is_not_finite_changes_nothing(monkeypatch):
-    params = random_params(0)
-    broken = {name: torch.full_like(value, torch.nan) for name, value in params.items()}
-    monkeypatch.setattr(supervised_update, "cloning_gradient", lambda *_: broken)
-    same, moments, step = supervised_update.supervised_update(
-        params, None, random_rollout(2), random_rollout(3), random_demonstrations(1), GMPS, 0.01
-    )
-    assert same is params and moments is None
-    assert "not finite" in step.note
+@pytest.mark.parametrize(
+    ("spoiled", "rate"), [("the gradient", 0.01), ("Adam's step", 1e308)], ids=["gradient", "step"]
+)
+def test_a_step_that_is_not_finite_changes_neither_policy_nor_memory(spoiled, rate):
+    params, demos = random_params(0), random_demonstrations(1)
+    data = TaskData(random_rollout(2), random_rollout(3), demos)
+    learner = Adam(params, rate)
+    if spoiled == "the gradient":
+        far = demos.map(lambda values: values).actions * 1e200  # its square overflows
+        data = data._replace(demonstrations=dataclasses.replace(demos, actions=far))
+    else:
+        learner.load({name: value + 1e300 for name, value in learner.state().items()})
+    kept = learner.state()
+    same, step = learner.update(params, data, GMPS, torch.Generator())
+    assert same is params and step.note == f"skipped: {spoiled} is not finite"
+    for name, value in learner.state().items():
+        torch.testing.assert_close(value, kept[name])
 
 
 def test_a_policy_file_without_adam_s_memory_is_refused(tmp_path):
     config = dataclasses.replace(SMALL, algorithm="meta-bc")
     run = runs.train_run(config, tmp_path / "run")
-    smaller = run.moments._replace(square={})
-    runs.save_checkpoint(tmp_path / "run", run._replace(moments=smaller))
+    smaller = {name: value for name, value in run.learner_state.items() if "_sq" not in name}
+    runs.save_checkpoint(tmp_path / "run", run._replace(learner_state=smaller))
     with pytest.raises(InputError, match=r"policy\.safetensors: expected tensors"):
         runs.load_run(tmp_path / "run")
 
@@ -176,7 +211,10 @@ def test_the_cheetah_is_tested_in_both_directions():
 
 
 def test_later_steps_are_shorter_by_the_rate():
-    data, params = find("optimal", "point2d").take(slice(0, 2)), initialise(2, 2, seed=0)
+    data, params = (
+        load_demonstrations("optimal", "point2d").take(slice(0, 2)),
+        initialise(2, 2, seed=0),
+    )
     rule = ALGORITHMS["meta-bc"].adaptation("optimal")  # cloning alone: no draws in the step
 
     def policies(later_rate):
@@ -195,7 +233,7 @@ def test_later_steps_are_shorter_by_the_rate():
 @pytest.mark.parametrize("env", ["two_wheeled", "half_cheetah"])
 def test_a_test_task_learns_nothing_from_the_others(env):
     """A task's rollouts after two steps do not depend on what the other tasks are or were shown."""
-    data = find("optimal", env)
+    data = load_demonstrations("optimal", env)
     last = len(data.tasks) - 1
     family = make(env)
     params = initialise(family.state_dim, family.action_dim, seed=0)
@@ -220,32 +258,64 @@ def test_a_test_task_learns_nothing_from_the_others(env):
 @pytest.mark.parametrize("log_sigma", [-50.0, -20.0, -4.0, 5.0, 20.0, 100.0])
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("env", ["point2d", "half_cheetah"])
-def test_a_sigma_gone_astray_is_survived_and_told(env, algorithm, log_sigma):
+def test_a_sigma_gone_astray_is_survived(env, algorithm, log_sigma):
     config = dataclasses.replace(SMALL, env=env, algorithm=algorithm)
     family = config.environment()
     start = initialise(family.state_dim, family.action_dim, seed=0)
     start["log_sigma"] = torch.full((family.action_dim,), log_sigma)
-    iterate = next(meta_train(config, find("optimal", env).take(slice(0, 2)), start))
+    iterate = next(meta_train(config, load_demonstrations("optimal", env).take(slice(0, 2)), start))
     assert all_finite(iterate.meta_params)
     for rollout in (iterate.before, iterate.after):
         assert all_finite({"rewards": rollout.rewards, "actions": rollout.actions})
     assert not np.isnan(iterate.record.kl)
-    assert ("sigma has drifted" in iterate.record.note) == (abs(log_sigma) > 7)
 
 
-def test_a_task_whose_step_explodes_keeps_its_policy_and_the_others_theirs():
-    start = random_params(0)
-    stepped = policy.per_task(random_params(3), 3)
-    stepped = {name: value.clone() for name, value in stepped.items()}
-    stepped["bias_1"][1, 0] = torch.nan
-    stepped["weight_0"][2, 0, 0] = 1e7
-    kept, undone = adapt.usable(stepped, start)
-    assert undone == 2
+def exploding(demos):
+    """Return the demonstrations with actions in tasks 1 and 2 that no step survives: inf, and 1e7 off."""
+    actions = demos.actions.clone()
+    actions[1], actions[2] = 1e200, 1e12
+    return dataclasses.replace(demos, actions=actions)
+
+
+@pytest.mark.parametrize("warm", [False, True], ids=["emrld", "emrld-ws"])
+@pytest.mark.parametrize("keep_graph", [False, True], ids=["values", "graph"])
+def test_a_task_whose_step_explodes_keeps_its_policy_and_the_others_theirs(warm, keep_graph):
+    params, before, demos = random_params(0), random_rollout(2), random_demonstrations(1)
+    rule = dataclasses.replace(META_BC, w_rl=0.5, warm_start=warm)
+    leaves = policy.detach(params, requires_grad=True)
+    kept = adapt.adapt(leaves, before, exploding(demos), rule, keep_graph)
+    usual = adapt.adapt(params, before, demos, rule)
+    assert adapt.unmoved_tasks(params, kept) == 2
     for name, value in kept.items():
-        torch.testing.assert_close(value[0], stepped[name][0])
-        torch.testing.assert_close(value[1], start[name])
-        torch.testing.assert_close(value[2], start[name])
-    assert "adaptation undone for 2 tasks" in train.told(trpo.Step(0, 0, ""), undone, {}).note
+        torch.testing.assert_close(value[0], usual[name][0])
+        torch.testing.assert_close(value[1], params[name])
+        torch.testing.assert_close(value[2], params[name])
+
+
+@pytest.mark.parametrize("warm", [False, True], ids=["emrld", "emrld-ws"])
+def test_the_meta_gradient_of_a_lost_task_is_that_of_no_adaptation(warm):
+    """The old policy is the one that collected D^val, and its derivative is the identity's."""
+    params, before, after = random_params(0), random_rollout(2), random_rollout(3)
+    demos = exploding(random_demonstrations(1))
+    rule = dataclasses.replace(META_BC, w_rl=0.5, warm_start=warm)
+    for task in (0, 1, 2):
+        one = slice(task, task + 1)
+        data = TaskData(before.take(one), after.take(one), demos.take(one))
+        piece = trpo.surrogate_gradient(
+            params, lambda theta, data=data: policies_after(theta, data, rule, True), data.after
+        )
+        bare = trpo.surrogate_gradient(
+            params,
+            lambda theta, data=data: policy.distribution(theta, data.after.states),
+            data.after,
+        )
+        same = torch.allclose(piece.gradient, bare.gradient)
+        assert torch.isfinite(piece.gradient).all() and same == (task > 0)
+        together = TaskData(before, after, demos)
+    whole = trpo.surrogate_gradient(
+        params, lambda theta: policies_after(theta, together, rule, True), after
+    )
+    assert torch.isfinite(whole.gradient).all()
 
 
 class EndsAtOnce(type(make("point2d"))):
@@ -263,10 +333,12 @@ def test_episodes_of_one_step_without_a_reward_are_survived_and_told(algorithm, 
     monkeypatch.setattr(TrainConfig, "environment", lambda self: EndsAtOnce())
     config = dataclasses.replace(SMALL, algorithm=algorithm)
     start = initialise(2, 2, seed=0)
-    iterate = next(meta_train(config, find("optimal", "point2d").take(slice(0, 3)), start))
+    iterate = next(
+        meta_train(config, load_demonstrations("optimal", "point2d").take(slice(0, 3)), start)
+    )
     assert iterate.before.mask.shape == (3, 2, 1)
     assert all_finite(iterate.meta_params)
-    assert ("nothing rewarded" in iterate.record.note) == (config.row().meta_update == "rl")
+    assert ("nothing rewarded" in iterate.record.note) == (config.learner(start).state() == {})
 
 
 def test_a_robot_that_leaves_its_arena_stops_there():
@@ -278,7 +350,7 @@ def test_a_robot_that_leaves_its_arena_stops_there():
     straight["log_sigma"] = torch.full((2,), -9.0)
     rollout = collect(fast, tasks * torch.tensor([-1.0, 1.0]), straight, 2, torch.Generator())
     lengths = rollout.mask.sum(-1)
-    assert (lengths == np.ceil(2.5 / 0.11)).all()  # 0.22 units a second, half a second a step
+    assert (lengths == np.ceil(2.5 / 0.11)).all()  # 0.22 units per second, half a second per step
 
 
 # --- the switches of the ledger -------------------------------------------------------------------
@@ -286,8 +358,8 @@ def test_a_robot_that_leaves_its_arena_stops_there():
 
 def test_a_tiny_reward_everywhere_gives_advantages_of_full_size_and_changes_no_return():
     rollout = random_rollout(0)._replace(rewards=torch.zeros_like(random_rollout(0).rewards))
-    nothing = TrainConfig().scored(rollout)
-    tiny = TrainConfig(reward_elsewhere=1e-5).scored(rollout)
+    nothing = Score()(rollout)
+    tiny = Score(reward_elsewhere=1e-5)(rollout)
     assert float(nothing.advantages.abs().max()) == 0.0
     assert float(tiny.advantages.abs().max()) > 0.5  # normalisation blows up what the baseline left
     assert float(episode_returns(tiny).abs().max()) == 0.0
@@ -295,8 +367,8 @@ def test_a_tiny_reward_everywhere_gives_advantages_of_full_size_and_changes_no_r
 
 def test_advantages_without_normalisation_keep_their_size():
     rollout = random_rollout(0)
-    raw = TrainConfig(normalise=False).scored(rollout).advantages
+    raw = Score(normalise=False)(rollout).advantages
     tenfold = rollout._replace(rewards=10 * rollout.rewards)
-    larger = TrainConfig(normalise=False).scored(tenfold).advantages
+    larger = Score(normalise=False)(tenfold).advantages
     torch.testing.assert_close(larger, 10 * raw)
-    assert not torch.allclose(TrainConfig().scored(rollout).advantages, raw)
+    assert not torch.allclose(Score()(rollout).advantages, raw)

@@ -8,9 +8,11 @@ import pytest
 import torch
 
 from emrld_lite.__main__ import main
+from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.demonstrations import load
-from emrld_lite.results import returns_by_step
-from emrld_lite.runs import SHIPPED
+from emrld_lite.envs import ENVIRONMENTS
+from emrld_lite.experiments.results import returns_by_step
+from emrld_lite.experiments.runs import SHIPPED
 
 OPTIMAL = ["demos", "--env", "point2d", "--quality", "optimal"]
 FAST = ["--episodes", "2", "--threads", "1"]
@@ -69,25 +71,34 @@ def test_help_explains_every_command():
     assert all(command in text for command in ("demos", "train", "evaluate", "bench"))
 
 
+def test_help_lists_the_choices_of_an_option():
+    text = "".join(run("train", "--help").stdout.split())
+    for choices in (ALGORITHMS, ENVIRONMENTS, ("biased", "xavier"), ("mean", "sum")):
+        assert "{" + ",".join(choices) + "}" in text
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["train", "--env", "poimt2d", "--out", "X"], "Did you mean 'point2d'"),
-        (["train", "--algorithm", "mamml", "--out", "X"], "Did you mean 'maml'"),
+        (["train", "--env", "poimt2d", "--out", "X"], "Expected one of ('point2d', 'two_wheeled'"),
+        (["train", "--algorithm", "mamml", "--out", "X"], "Expected one of ('emrld', 'emrld-ws'"),
         (["train", "--demos", "optimaal", "--out", "X"], "Did you mean 'optimal'"),
         (["train", "--demos", "none.npz", "--out", "X"], "no such demonstration file"),
         (["train", "--iterations", "0", "--out", "X"], "iterations"),
         (["train", "--threads", "0", "--out", "X"], "threads"),
-        (["train", "--device", "gpu", "--out", "X"], "cpu, cuda"),
+        (["train", "--device", "gpu", "--out", "X"], "Expected one of ('cpu', 'cuda')"),
         (["train", "--resume", "--out", "X"], "nothing to resume"),
         (["evaluate", "--run", "X", "--out", "t.csv"], "no such run configuration"),
         (["evaluate", "--run", "X", "--out", "t.txt"], "ending in .csv"),
-        (["demos", "--env", "point2d", "--quality", "good", "--out", "d.npz"], "unknown quality"),
+        (
+            ["demos", "--env", "point2d", "--quality", "good", "--out", "d.npz"],
+            "Expected one of ('opt",
+        ),
         (["demos", "--env", "point2d", "--quality", "optimal", "--out", "d"], "ending in .npz"),
         ([*OPTIMAL, "--out", "d.npz", "--noise", "-1"], "noise"),
         ([*OPTIMAL, "--out", "d.npz", "--tasks", "3", "--expert-out", "e"], "trains no expert"),
         (["train", "--algorithm", "gmps", "--meta-lr", "0", "--out", "X"], "meta_lr"),
-        (["train", "--reward", "densse", "--out", "X"], "Did you mean 'dense'"),
+        (["train", "--reward", "densse", "--out", "X"], "Expected one of ('sparse', 'dense')"),
         (["bench", "--iterations", "-1"], "iterations"),
     ],
 )

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import jaxtyping
 import numpy as np
 import pytest
 import torch
@@ -14,7 +15,7 @@ from torch.distributions.kl import kl_divergence as library_kl
 from emrld_lite import advantage, losses, policy, rollout, trpo
 from emrld_lite.adapt import Adaptation, adapt, warm_start
 from emrld_lite.envs import make
-from emrld_lite.meta_update import TaskData, chunk_surrogate_and_kl, surrogate_and_gradient
+from emrld_lite.learners import TaskData, policies_after
 from emrld_lite.validation import InputError
 
 from .conftest import random_demonstrations, random_params, random_rollout
@@ -22,6 +23,13 @@ from .conftest import random_demonstrations, random_params, random_rollout
 EMRLD = Adaptation(w_rl=0.7, w_bc=1.0, adapt_lr=0.05)
 EMRLD_WS = dataclasses.replace(EMRLD, warm_start=True)
 MAML = Adaptation(w_rl=1.0, w_bc=0.0, adapt_lr=0.05)
+
+
+def meta_gradient(params, data, rule):
+    """Return the surrogate's gradient through the adaptation."""
+    return trpo.surrogate_gradient(
+        params, lambda theta: policies_after(theta, data, rule, keep_graph=True), data.after
+    )
 
 
 # --- policy -------------------------------------------------------------------------------------
@@ -68,6 +76,15 @@ def test_vector_round_trip():
 def test_fixed_sigma_is_one():
     params = policy.initialise(2, 2, seed=0, learn_sigma=False)
     assert (policy.distribution(params, torch.zeros(1, 3, 2)).log_sigma == 0).all()
+
+
+# --- shapes -------------------------------------------------------------------------------------
+
+
+def test_a_wrong_shape_in_an_annotation_is_caught_while_tests_run():
+    ragged = torch.ones(2, 3), torch.ones(2, 4)  # no episode axis, and times that disagree
+    with pytest.raises(jaxtyping.TypeCheckError, match="task episode time"):
+        losses.task_mean(*ragged)
 
 
 # --- rollouts -----------------------------------------------------------------------------------
@@ -167,7 +184,7 @@ def test_baseline_survives_degenerate_data(case):
         batch = rollout.Rollout(
             *(None if v is None else v[:, :1, :1] for v in batch[:4]), batch.success
         )
-    scored = advantage.with_advantages(batch, 0.95, 1.0)
+    scored = advantage.Score()(batch)
     assert torch.isfinite(scored.advantages).all()
     if case == "no rewards":
         assert (scored.advantages == 0).all()
@@ -175,7 +192,7 @@ def test_baseline_survives_degenerate_data(case):
 
 def test_normalised_advantages_have_mean_zero_and_deviation_one_over_the_steps_taken():
     batch = random_rollout(5)
-    scored = advantage.with_advantages(batch, 0.95, 1.0).advantages
+    scored = advantage.Score()(batch).advantages
     for task in range(3):
         taken = scored[task][batch.mask[task] > 0]
         assert float(taken.mean()) == pytest.approx(0.0, abs=1e-6)
@@ -229,7 +246,7 @@ def test_all_tasks_at_once_equal_a_loop_over_tasks(rule):
                 name: (value - rule.adapt_lr * g).detach().requires_grad_()
                 for (name, value), g in zip(leaves.items(), gradient, strict=True)
             }
-        loss = rule.w_rl * losses.rl_loss(leaves, rollout.take(batch, part))[0]
+        loss = rule.w_rl * losses.rl_loss(leaves, batch.take(part))[0]
         loss = loss + rule.w_bc * losses.bc_loss(leaves, demos.take(part))[0]
         gradient = torch.autograd.grad(loss, list(leaves.values()))
         for (name, value), g in zip(leaves.items(), gradient, strict=True):
@@ -246,16 +263,15 @@ def test_only_the_warm_started_row_changes_the_policy_that_collects():
 def test_meta_gradient_equals_finite_differences(rule):
     params = random_params(0)
     data = TaskData(random_rollout(2), random_rollout(3), random_demonstrations(1))
-    piece = surrogate_and_gradient(params, data, rule)
+    piece = meta_gradient(params, data, rule)
     vector = policy.to_vector(params)
     random = torch.Generator().manual_seed(0)
     for _ in range(4):
         direction = torch.randn(vector.shape, generator=random, dtype=torch.float64)
+        moved = (policy.from_vector(vector + sign * 1e-5 * direction, params) for sign in (1, -1))
         ends = [
-            chunk_surrogate_and_kl(
-                policy.from_vector(vector + sign * 1e-5 * direction, params), data, piece.old, rule
-            )[0]
-            for sign in (1, -1)
+            trpo.surrogate_and_kl(policies_after(theta, data, rule), piece.old, data.after)[0]
+            for theta in moved
         ]
         slope = (ends[0] - ends[1]) / 2e-5
         assert float(piece.gradient @ direction) == pytest.approx(slope, rel=1e-5)
@@ -266,7 +282,7 @@ def test_first_order_gradient_is_the_tasks_own_at_their_adapted_policies(rule):
     params = random_params(0)
     data = TaskData(random_rollout(2), random_rollout(3), random_demonstrations(1))
     first = dataclasses.replace(rule, second_order=False)
-    piece = surrogate_and_gradient(params, data, first)
+    piece = meta_gradient(params, data, first)
     task_params = policy.detach(adapt(params, data.before, data.demonstrations, rule), True)
     loss = losses.rl_loss(task_params, data.after).sum()  # the surrogate's gradient at ratio one
     parts = torch.autograd.grad(loss, list(task_params.values()))
@@ -285,14 +301,14 @@ def test_meta_gradient_has_second_order_terms():
     loss = losses.surrogate_loss(new, old, data.after).sum()
     parts = torch.autograd.grad(loss, list(leaves.values()))
     cheap = torch.cat([part.reshape(-1) for part in parts])
-    full = surrogate_and_gradient(params, data, EMRLD).gradient
+    full = meta_gradient(params, data, EMRLD).gradient
     assert float((full - cheap).norm() / full.norm()) > 0.01
 
 
 @pytest.mark.parametrize(
     ("field", "value"), [("w_rl", -1.0), ("w_bc", math.nan), ("adapt_lr", math.inf), ("w_rl", "1")]
 )
-def test_adaptation_refuses_bad_numbers(field, value):
+def test_adaptation_refuses_bad_numbers(field, value, shapes_unchecked):
     with pytest.raises(InputError, match=field):
         dataclasses.replace(EMRLD, **{field: value})
 
@@ -344,8 +360,10 @@ def test_the_aliased_solver_takes_the_first_step_and_then_goes_astray():
     matrix, target = spd_matrix(0, size=12, condition=1e3), torch.ones(12, dtype=torch.float64)
 
     def both(iterations):
-        solvers = (trpo.conjugate_gradient, trpo.aliased_conjugate_gradient)
-        return [solve(lambda vector: matrix @ vector, target, iterations) for solve in solvers]
+        return [
+            trpo.conjugate_gradient(lambda v: matrix @ v, target, iterations, aliased=aliased)
+            for aliased in (False, True)
+        ]
 
     torch.testing.assert_close(*both(1))
     exact = torch.linalg.solve(matrix, target)
@@ -387,43 +405,38 @@ def test_fisher_product_equals_the_hessian_of_the_divergence(rule):
 
 
 def quadratic_policy_problem():
-    """Return pieces of a TRPO step on a one-parameter policy: mean = theta, sigma = 1, data at 0."""
+    """Return a one-parameter policy, mean = theta and sigma = 1, and its Fisher product at theta = 0."""
     params = {"theta": torch.zeros(1, dtype=torch.float64)}
-
-    def gaussian(p):
-        return policy.Gaussian(p["theta"].expand(1, 1), torch.zeros(1, 1, dtype=torch.float64))
-
-    def fisher(p):
-        return gaussian(p), torch.ones(1, dtype=torch.float64)
-
-    return params, gaussian, fisher
+    leaves = policy.detach(params, requires_grad=True)
+    gaussian = policy.Gaussian(leaves["theta"].expand(1, 1), torch.zeros(1, 1, dtype=torch.float64))
+    return params, trpo.fisher_product(gaussian, torch.ones(1, dtype=torch.float64), leaves)
 
 
 def test_a_step_lands_on_the_trust_region_s_edge():
-    params, _, fisher = quadratic_policy_problem()
+    params, product = quadratic_policy_problem()
 
     def surrogate_and_kl(p):
         theta = float(p["theta"])
         return -theta, 0.999 * theta**2 / 2
 
-    region = trpo.TrustRegion(max_kl=0.02, damping=0.0)
+    region = trpo.TrustRegion(max_kl=0.02)
     moved, step = trpo.trpo_step(
-        params, 0.0, torch.tensor([-1.0]).double(), fisher, surrogate_and_kl, region
+        params, 0.0, torch.tensor([-1.0]).double(), product, surrogate_and_kl, region
     )
     assert float(moved["theta"]) == pytest.approx(0.2, rel=1e-6)  # theta^2 / 2 = 0.02
     assert step.kl == pytest.approx(0.999 * 0.02) and step.backtracks == 0 and step.note == ""
 
 
 def test_line_search_halves_until_the_exact_surrogate_falls():
-    params, _, fisher = quadratic_policy_problem()
+    params, product = quadratic_policy_problem()
 
     def surrogate_and_kl(p):  # falls only up to 0.06
         theta = float(p["theta"])
         return (theta - 0.03) ** 2 - 0.03**2, 0.999 * theta**2 / 2
 
-    region = trpo.TrustRegion(max_kl=0.02, damping=0.0)
+    region = trpo.TrustRegion(max_kl=0.02)
     moved, step = trpo.trpo_step(
-        params, 0.0, torch.tensor([-0.06]).double(), fisher, surrogate_and_kl, region
+        params, 0.0, torch.tensor([-0.06]).double(), product, surrogate_and_kl, region
     )
     assert step.backtracks == 2 and float(moved["theta"]) == pytest.approx(0.05)
 
@@ -439,13 +452,13 @@ def test_line_search_halves_until_the_exact_surrogate_falls():
     ],
 )
 def test_a_step_that_cannot_be_trusted_leaves_the_policy_alone(gradient, surrogate, kl, words):
-    params, _, fisher = quadratic_policy_problem()
+    params, product = quadratic_policy_problem()
     moved, step = trpo.trpo_step(
         params,
         0.0,
         torch.tensor([gradient]).double(),
-        fisher,
+        product,
         lambda p: (surrogate, kl),
-        trpo.TrustRegion(),
+        trpo.TrustRegion(max_kl=0.02),
     )
     assert moved is params and step.kl == 0.0 and words in step.note

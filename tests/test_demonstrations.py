@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite import demonstrations, demonstrator, expert
+from emrld_lite import demonstrations
+from emrld_lite.demonstrators import expert, recipes
 from emrld_lite.envs import GYMNASIUM_IDS, make
 from emrld_lite.validation import InputError
 
@@ -110,9 +111,9 @@ def test_a_pickled_array_is_never_loaded(tmp_path):
 
 def test_a_missing_file_and_an_unknown_quality_are_named(tmp_path):
     with pytest.raises(InputError, match="no such demonstration file"):
-        demonstrations.find(str(tmp_path / "none.npz"), "point2d")
+        demonstrations.load_demonstrations(str(tmp_path / "none.npz"), "point2d")
     with pytest.raises(InputError, match="Did you mean 'optimal'"):
-        demonstrations.find("optimum", "point2d")
+        demonstrations.load_demonstrations("optimum", "point2d")
 
 
 def replayed_reward(data, task):
@@ -133,7 +134,7 @@ def replayed_reward(data, task):
     [("point2d", 75), ("two_wheeled", 75), ("two_wheeled_drift", 65), ("half_cheetah", 100)],
 )
 def test_every_shipped_optimal_demonstration_reaches_its_goal(env, least):
-    data = demonstrations.find("optimal", env)
+    data = demonstrations.load_demonstrations("optimal", env)
     assert torch.equal(data.tasks, make(env).training_tasks())
     for task in range(len(data.tasks)):
         total, success = replayed_reward(data, task)
@@ -143,7 +144,7 @@ def test_every_shipped_optimal_demonstration_reaches_its_goal(env, least):
 
 @pytest.mark.parametrize("env", GYMNASIUM_IDS)
 def test_no_shipped_suboptimal_demonstration_earns_a_reward(env):
-    data = demonstrations.find("suboptimal", env)
+    data = demonstrations.load_demonstrations("suboptimal", env)
     assert torch.equal(data.tasks, make(env).training_tasks())
     for task in range(len(data.tasks)):
         assert replayed_reward(data, task) == (0.0, False)
@@ -151,14 +152,14 @@ def test_no_shipped_suboptimal_demonstration_earns_a_reward(env):
 
 @pytest.mark.parametrize("env", ["two_wheeled", "two_wheeled_drift"])
 def test_suboptimal_wheeled_data_lack_their_beginning(env):
-    data = demonstrations.find("suboptimal", env)
+    data = demonstrations.load_demonstrations("suboptimal", env)
     assert (data.states[:, 0, 0, :2].norm(dim=-1) > 0.05).all()  # already under way
-    assert (demonstrations.find("optimal", env).states[:, 0, 0] == 0).all()
+    assert (demonstrations.load_demonstrations("optimal", env).states[:, 0, 0] == 0).all()
 
 
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled_drift", "half_cheetah"])
 def test_suboptimal_data_stay_out_of_the_region_that_pays(env):
-    data = demonstrations.find("suboptimal", env)
+    data = demonstrations.load_demonstrations("suboptimal", env)
     distance = make(env).distance_to_reward(data.tasks, data.states[:, 0])  # (task, time)
     assert (distance[data.mask[:, 0] > 0] > 0).all()
 
@@ -166,13 +167,13 @@ def test_suboptimal_data_stay_out_of_the_region_that_pays(env):
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled", "two_wheeled_drift"])
 def test_experts_demonstrate_unseen_tasks_on_demand(env):
     tasks = make(env).sample_tasks(20, np.random.default_rng(11))
-    params = demonstrator.load_or_train_expert(env, "optimal")
-    data = demonstrator.demonstrate(params, env, tasks, "optimal", seed=0)
+    params = recipes.load_or_train_expert(env, "optimal")
+    data = recipes.demonstrate(params, env, tasks, "optimal", seed=0)
     reached = sum(replayed_reward(data, task)[1] for task in range(20))
     assert (
         reached >= 18
     )  # a strong drift is missed or not by the last bits of a machine's arithmetic
-    again = demonstrator.demonstrate(params, env, tasks, "optimal", seed=0)
+    again = recipes.demonstrate(params, env, tasks, "optimal", seed=0)
     assert torch.equal(data.actions, again.actions)
 
 
@@ -203,25 +204,25 @@ def test_expert_training_improves_on_the_dense_reward():
 
 def test_unknown_environments_and_qualities_have_no_recipe():
     with pytest.raises(InputError, match="Did you mean 'two_wheeled'"):
-        demonstrator.recipe("two_wheel", "optimal")
+        recipes.recipe_for("two_wheel", "optimal")
     with pytest.raises(InputError, match="Did you mean 'suboptimal'"):
-        demonstrator.recipe("point2d", "suboptimall")
+        recipes.recipe_for("point2d", "suboptimall")
     with pytest.raises(InputError, match="unknown environment"):
         expert.expert_config("walker")
 
 
 def test_an_expert_of_another_kind_is_refused(tmp_path):
     config = expert.ExpertConfig()
-    demonstrator.save_expert(
+    expert.save_expert(
         tmp_path / "e.safetensors", {"weight_0": torch.ones(2, 2)}, config, "optimal"
     )
     with pytest.raises(InputError, match="quality: expected 'suboptimal', got 'optimal'"):
-        demonstrator.load_expert(tmp_path / "e.safetensors", "point2d", "suboptimal")
+        expert.load_expert(tmp_path / "e.safetensors", "point2d", "suboptimal")
 
 
 def test_a_recipe_that_leaves_nothing_is_refused_not_wrapped_around():
-    params = demonstrator.load_or_train_expert("point2d", "optimal")
+    params = recipes.load_or_train_expert("point2d", "optimal")
     tasks = make("point2d").training_tasks()[:2]
-    nothing = demonstrator.Quality(skipped_steps=3, short_of_reward=5.0)
+    nothing = recipes.Recipe(skipped_steps=3, short_of_reward=5.0)
     with pytest.raises(InputError, match="states"):
-        demonstrator.demonstrate(params, "point2d", tasks, "optimal", 0, nothing)
+        recipes.demonstrate(params, "point2d", tasks, "optimal", 0, nothing)

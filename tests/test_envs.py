@@ -11,6 +11,7 @@ from gymnasium.utils.env_checker import check_env
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import GYMNASIUM_IDS, cheetah_body, half_cheetah, make, point2d
 from emrld_lite.envs.goals import goals_at
 from emrld_lite.policy import initialise
@@ -199,18 +200,22 @@ def test_the_torso_is_where_mujoco_says():
     assert restored == pytest.approx(data.qpos)
 
 
+@pytest.mark.parametrize("task", [0, 9], ids=["forward", "backward"])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_cheetah_is_paid_beyond_two_metres_only(direction):
-    environment = make("half_cheetah")
-    tasks = torch.tensor([[direction]])
-    states = environment.reset(tasks, 1)
-    for x, paid in ((1.9, False), (2.1, True), (-1.9, False), (-2.1, True)):
-        environment._running["batch"].bind("qpos")[:, 0] = x
-        states = environment._observe(1, 1, states.device)
-        moved = environment.step(tasks, states, torch.zeros(1, 1, 6), 0)
-        forward = (float(moved.states[0, 0, 17]) - float(states[0, 0, 17])) / 0.05
-        assert float(moved.rewards) == pytest.approx(direction * forward if paid else 0.0, abs=1e-4)
-        assert bool(moved.success) == (paid and x * direction > 0)
+def test_cheetah_is_paid_beyond_two_metres_only(task, direction):
+    """Demonstrated runs either way, each paid by its own direction and, wrongly, by the other."""
+    environment, tasks = make("half_cheetah"), torch.tensor([[direction]])
+    states, paid = environment.reset(tasks, 1), 0
+    for time, action in enumerate(load_demonstrations("optimal", "half_cheetah").actions[task, 0]):
+        moved = environment.step(tasks, states, action[None, None], time)
+        before, after = float(states[0, 0, 17]), float(moved.states[0, 0, 17])
+        cost = 0.05 * float(action.clamp(-1, 1) @ action.clamp(-1, 1))
+        beyond = abs(after) > 2.0
+        expected = direction * (after - before) / 0.05 - cost if beyond else 0.0
+        assert float(moved.rewards) == pytest.approx(expected, abs=1e-3)
+        assert bool(moved.success) == (beyond and after * direction > 0)
+        states, paid = moved.states, paid + beyond
+    assert 0 < paid < environment.horizon
 
 
 def test_cheetah_threads_do_not_change_the_rollout():
@@ -224,13 +229,15 @@ def test_cheetah_threads_do_not_change_the_rollout():
         assert one is two is None or torch.equal(one, two)
 
 
-def test_a_broken_simulation_ends_and_pays_nothing():
-    environment = make("half_cheetah", reward="dense")
-    tasks = torch.tensor([[1.0]])
-    environment.reset(tasks, 2)
-    environment._running["batch"].bind("qvel")[0, 0] = 1e7
-    states = environment._observe(1, 2, tasks.device)
-    moved = environment.step(tasks, states, torch.zeros(1, 2, 6), 0)
+def test_a_broken_simulation_ends_and_pays_nothing(monkeypatch):
+    """With bounds so narrow that a cheetah at full torque leaves them, and one that lies still does not."""
+    environment, tasks = make("half_cheetah", reward="dense"), torch.tensor([[1.0]])
+    actions = torch.tensor([[[1.0] * 6, [0.0] * 6]])
+    moved = environment.step(tasks, environment.reset(tasks, 2), actions, 0)
+    assert not moved.terminated.any() and moved.rewards[0, 0] != 0
+    bounds = (100.0,) * 8 + (5.0,) * 9 + (100.0,) * 3
+    monkeypatch.setattr(half_cheetah.HalfCheetahForwardBackward, "observation_high", bounds)
+    moved = environment.step(tasks, environment.reset(tasks, 2), actions, 0)
     assert moved.terminated[0].tolist() == [True, False]
     assert moved.rewards[0, 0] == 0
     assert torch.isfinite(moved.states).all()
@@ -387,7 +394,7 @@ def test_goals_off_the_semicircle_are_refused(goal):
         make("point2d").check_tasks(torch.tensor([goal]))
 
 
-def test_unknown_names_suggest_the_nearest():
+def test_unknown_names_suggest_the_nearest(shapes_unchecked):
     with pytest.raises(InputError, match="Did you mean 'point2d'"):
         make("point_2d")
     with pytest.raises(InputError, match="Did you mean 'dense'"):

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from emrld_lite.intervals import (
+from emrld_lite.experiments.intervals import (
     Interval,
     bootstrap_interval,
     interquartile_mean,

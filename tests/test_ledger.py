@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from emrld_lite.config import TrainConfig
 from emrld_lite.tabular.proof import RULES
-from emrld_lite.train import TrainConfig
 
 ROOT = Path(__file__).resolve().parent.parent
 ROWS = tomllib.loads((ROOT / "data/paper_ledger.toml").read_text())["row"]
@@ -74,7 +74,7 @@ def test_a_row_that_points_nowhere_would_fail():
         resolve("emrld_lite.adapt.no_such_function")
 
 
-def test_defaults_are_table_2():
+def test_defaults_are_table_1():
     config = TrainConfig()
     assert config.adapt_lr == 0.01
     assert config.episodes == 20

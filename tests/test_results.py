@@ -7,15 +7,15 @@ import shutil
 import numpy as np
 import pytest
 
-from emrld_lite import figures, results, runs, studies
 from emrld_lite.__main__ import main
+from emrld_lite.experiments import paper_figures, results, runs, studies
 
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
 STEPS = {"optimal": 1, "suboptimal": 3}  # at which the paper looks: Fig. 5
 
 
 def unseen(env, quality, algorithm, step):
-    """Return the mean return on unseen tasks after ``step`` adaptation steps, a number a seed."""
+    """Return the mean return on unseen tasks after ``step`` adaptation steps, a number per seed."""
     folders = results.stored_seeds(runs.SHIPPED, env, quality)[algorithm]
     return np.array([results.returns_by_step(folder)[step] for folder in folders])
 
@@ -145,7 +145,7 @@ def test_the_readme_has_the_table_of_the_stored_runs():
 
 
 def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():
-    figure = figures.results(runs.SHIPPED, "optimal")
+    figure = paper_figures.results(runs.SHIPPED, "optimal")
     top, bottom = figure.axes[1], figure.axes[4]  # TwoWheeled
     assert (top.get_title(), top.get_xlabel()) == ("TwoWheeled", "meta-iteration")
     assert bottom.get_xlabel() == "adaptation steps"
@@ -156,7 +156,7 @@ def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():
 
 
 def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
-    figure = figures.sensitivity(runs.SHIPPED)
+    figure = paper_figures.sensitivity(runs.SHIPPED)
     titles = [axes.get_title() for axes in figure.axes]
     assert [title.partition(",")[0] for title in titles] == ["EMRLD"] * 2 + ["EMRLD-WS"] * 2
     assert all(len(axes.get_lines()) == 5 for axes in figure.axes)
@@ -169,7 +169,7 @@ def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
 
 
 def test_the_ablation_figure_shows_what_is_left_without_each_loss():
-    figure = figures.ablation(runs.SHIPPED)
+    figure = paper_figures.ablation(runs.SHIPPED)
     for axes, stem in zip(
         figure.axes, ("ablation-optimal-w_bc0.0", "point2d-optimal-maml"), strict=True
     ):
@@ -181,7 +181,7 @@ def test_the_ablation_figure_shows_what_is_left_without_each_loss():
 
 
 def test_the_switches_stand_below_their_control():
-    axes = figures.switches(runs.SHIPPED).axes[0]
+    axes = paper_figures.switches(runs.SHIPPED).axes[0]
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names == list(studies.switch_runs(runs.SHIPPED))
     assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first row is on top
@@ -191,13 +191,19 @@ def test_the_switches_stand_below_their_control():
 
 
 def test_the_demonstrations_stand_by_world_and_quality():
-    titles = [axes.get_title() for axes in figures.demonstrations().axes]
+    titles = [axes.get_title() for axes in paper_figures.demonstrations().axes]
     assert titles[0] == "Point2D, optimal"
     assert titles[-1] == "HalfCheetah, suboptimal"
 
 
 @pytest.mark.parametrize(
-    "draw", [figures.drift, figures.sensitivity, figures.ablation, figures.switches]
+    "draw",
+    [
+        paper_figures.drift,
+        paper_figures.sensitivity,
+        paper_figures.ablation,
+        paper_figures.switches,
+    ],
 )
 def test_a_folder_with_one_run_draws_what_it_can(tmp_path, draw):
     name = "point2d-optimal-emrld-ws-seed0"
@@ -207,5 +213,5 @@ def test_a_folder_with_one_run_draws_what_it_can(tmp_path, draw):
 
 
 def test_a_folder_without_runs_says_so(tmp_path):
-    figure = figures.results(tmp_path, "optimal")
+    figure = paper_figures.results(tmp_path, "optimal")
     assert [axes.texts[0].get_text() for axes in figure.axes[:3]] == ["no stored runs"] * 3

@@ -12,27 +12,26 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
 import torch
 
-from emrld_lite import machine, meta_update, policy, results, runs, storage, trpo
-from emrld_lite.demonstrations import find
+from emrld_lite import learners, policy, storage, trpo
+from emrld_lite.config import TrainConfig
+from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
+from emrld_lite.experiments import machine, results, runs
 from emrld_lite.rollout import episode_returns
-from emrld_lite.train import TrainConfig, meta_train
+from emrld_lite.train import meta_train
 from emrld_lite.validation import InputError
+
+from .conftest import without_time
 
 SMALL = TrainConfig(
     iterations=4,
     episodes=3,
     trust_region=trpo.TrustRegion(cg_iterations=3, fisher_samples=20),
 )
-
-
-def without_time(curve):
-    return [record._replace(seconds=0.0) for record in curve]
 
 
 def test_the_same_seed_gives_the_same_run_bit_for_bit(tmp_path):
@@ -59,7 +58,7 @@ def test_stop_and_resume_gives_the_same_curve_as_no_stop(tmp_path, algorithm):
     )
     stored = runs.load_run(tmp_path / "stopped")
     assert without_time(stored.curve) == without_time(straight.curve)
-    assert (stored.moments is None) == (algorithm not in ("meta-bc", "gmps"))
+    assert bool(stored.learner_state) == (algorithm in ("meta-bc", "gmps"))
 
 
 def test_a_run_folder_says_how_it_was_made(tmp_path):
@@ -70,7 +69,8 @@ def test_a_run_folder_says_how_it_was_made(tmp_path):
     assert facts["processor"] == machine.processor()
     header = (tmp_path / "run/curve.csv").read_text().splitlines()[0]
     assert header == (
-        "iteration,seconds,env_steps,return_before,return_after,success_after,kl,backtracks,note"
+        "iteration,seconds,env_steps,return_before,return_after,success_after,kl,backtracks,note,"
+        "unmoved"
     )
     assert runs.load_run(tmp_path / "run").config == SMALL
 
@@ -90,8 +90,28 @@ def test_a_run_is_not_overwritten_and_not_resumed_with_other_settings(tmp_path):
         runs.train_run(SMALL, tmp_path / "other", resume=True)
 
 
-def test_threads_are_chosen_and_remembered(tmp_path):
-    assert machine.choose_threads() in (1, 2)
+@pytest.mark.parametrize(("slowdown", "threads"), [(0.5, 2), (2.0, 1)])
+def test_two_threads_are_chosen_only_where_they_are_faster(monkeypatch, slowdown, threads):
+    """With a clock that runs ``slowdown`` times as fast while torch has two threads."""
+    seconds = 0.0
+
+    def clock():
+        nonlocal seconds
+        seconds += slowdown if torch.get_num_threads() == 2 else 1.0
+        return seconds
+
+    monkeypatch.setattr(machine.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(machine.time, "perf_counter", clock)
+    assert machine.choose_threads() == threads
+    assert torch.get_num_threads() == 1, "as it was"
+
+
+def test_one_core_gets_one_thread(monkeypatch):
+    monkeypatch.setattr(machine.os, "cpu_count", lambda: 1)
+    assert machine.choose_threads() == 1
+
+
+def test_threads_are_remembered(tmp_path):
     runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     assert machine.stored_threads(tmp_path / "run") == torch.get_num_threads()
     assert machine.stored_threads(tmp_path / "none") is None
@@ -196,13 +216,13 @@ def test_damaged_runs_are_refused_by_file_and_field(tmp_path, damage, words):
 
 
 def test_a_non_finite_update_never_reaches_the_policy(tmp_path, monkeypatch):
-    original = meta_update.surrogate_and_gradient
+    original = learners.surrogate_gradient
 
     def broken(*arguments):
         piece = original(*arguments)
         return piece._replace(gradient=piece.gradient * math.nan)
 
-    monkeypatch.setattr(meta_update, "surrogate_and_gradient", broken)
+    monkeypatch.setattr(learners, "surrogate_gradient", broken)
     run = runs.train_run(SMALL, tmp_path / "run")
     start = policy.initialise(2, 2, seed=0)
     assert all(torch.equal(run.meta_params[name], start[name]) for name in start)
@@ -212,7 +232,7 @@ def test_a_non_finite_update_never_reaches_the_policy(tmp_path, monkeypatch):
 
 def test_nothing_rewarded_is_said_and_changes_nothing():
     config = dataclasses.replace(SMALL, algorithm="maml", episodes=1)
-    iterates = list(meta_train(config, find("optimal", "point2d")))
+    iterates = list(meta_train(config, load_demonstrations("optimal", "point2d")))
     for one, other in itertools.pairwise(iterates):
         if "nothing rewarded" in other.record.note:
             assert all(
@@ -239,41 +259,22 @@ def test_nothing_rewarded_is_said_and_changes_nothing():
         ("adapt_lr", math.inf, "adapt_lr"),
     ],
 )
-def test_bad_settings_are_refused_at_the_door(field, value, words):
+def test_bad_settings_are_refused_at_the_door(field, value, words, shapes_unchecked):
     with pytest.raises(InputError, match=words):
         dataclasses.replace(SMALL, **{field: value})
 
 
 def test_demonstrations_of_another_environment_are_refused():
-    foreign = dataclasses.replace(find("optimal", "point2d"), environment="two_wheeled")
+    foreign = dataclasses.replace(
+        load_demonstrations("optimal", "point2d"), environment="two_wheeled"
+    )
     with pytest.raises(InputError, match="expected environment 'point2d', got 'two_wheeled'"):
         next(meta_train(SMALL, foreign))
 
 
-@pytest.mark.parametrize(
-    "switch",
-    [
-        {"learn_sigma": False},
-        {"bc_reduction": "sum"},
-        {"step_rule": "exact"},
-        {"w_bc": 0.0},
-        {"network_start": "xavier"},
-        {"second_order": False},
-        {"normalise": False},
-        {"reward_elsewhere": 1e-5},
-        {"trust_region": trpo.TrustRegion(cg_iterations=3, fisher_samples=20, aliased_cg=True)},
-    ],
-    ids=str,
-)
-def test_every_switch_of_the_ledger_runs(tmp_path, switch):
-    run = runs.train_run(dataclasses.replace(SMALL, iterations=2, **switch), tmp_path / "run")
-    assert all(torch.isfinite(value).all() for value in run.meta_params.values())
-    assert ("log_sigma" in run.meta_params) == switch.get("learn_sigma", True)
-
-
 def test_adaptation_curve_keeps_tasks_apart():
     """A task's curve does not change when the other tasks' demonstrations do."""
-    data = find("optimal", "point2d")
+    data = load_demonstrations("optimal", "point2d")
     meta_params = runs.load_run(runs.SHIPPED / "point2d-optimal-emrld-ws-seed0").meta_params
     rule = TrainConfig().adaptation("optimal")
 
@@ -302,12 +303,6 @@ def test_adaptation_curve_keeps_tasks_apart():
     assert returns[1] > returns[0] + 20
 
 
-def last_returns(name):
-    """Return the mean return after adaptation over the last ten iterations, a number a seed."""
-    curves = [runs.load_run(runs.SHIPPED / f"{name}-seed{seed}").curve for seed in range(3)]
-    return [float(np.mean([row.return_after for row in curve[-10:]])) for curve in curves]
-
-
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [
@@ -319,7 +314,8 @@ def last_returns(name):
     ],
 )
 def test_stored_runs_show_what_the_readme_says(name, low, high):
-    assert all(low <= value <= high for value in last_returns(name))
+    seeds = [runs.SHIPPED / f"{name}-seed{seed}" for seed in range(3)]
+    assert all(low <= value <= high for value in results.training_scores(seeds))
 
 
 def test_maml_starves_on_point2d():
@@ -343,7 +339,7 @@ def test_stored_runs_have_no_stray_files():
 
 
 def test_a_stored_run_can_be_replayed(tmp_path):
-    """Ten iterations again: every digit on the machine type that made them, near them elsewhere."""
+    """Ten iterations again: the first one to 0.1 % anywhere, all digits where the run was made."""
     folder = runs.SHIPPED / "point2d-optimal-emrld-ws-seed0"
     stored = runs.load_run(folder)
     facts = json.loads((folder / "provenance.json").read_text())
@@ -353,11 +349,17 @@ def test_a_stored_run_can_be_replayed(tmp_path):
     config = dataclasses.replace(stored.config, iterations=10)
     replayed = runs.train_run(config, tmp_path / "again")
     torch.set_num_threads(threads)
+    first, second = replayed.curve[:2]
+    # the draws are the same everywhere; only rounding differs, and a policy that stood still would
+    # earn nothing, diverge by nothing, and meet the second iteration's return with another
+    for name in ("return_before", "return_after", "kl", "env_steps"):
+        assert getattr(first, name) == pytest.approx(getattr(stored.curve[0], name), rel=1e-3)
+    assert second.return_before == pytest.approx(stored.curve[1].return_before, rel=1e-2)
+    assert second.return_before > 2 * first.return_before > 0.2
     here = json.loads((tmp_path / "again/provenance.json").read_text())
-    if all(here[fact] == facts[fact] for fact in ("processor", "versions")):
-        assert without_time(replayed.curve) == without_time(stored.curve[:10])
-    for one, other in zip(replayed.curve[:2], stored.curve, strict=False):
-        assert one.return_before == pytest.approx(other.return_before, abs=0.5)
-        assert one.return_after == pytest.approx(other.return_after, abs=0.5)
-    for one, other in zip(replayed.curve, stored.curve, strict=False):
-        assert one.return_after == pytest.approx(other.return_after, abs=15)
+    here["versions"] = {name: here["versions"][name] for name in facts["versions"]}
+    differing = [fact for fact in ("processor", "versions") if here[fact] != facts[fact]]
+    if differing:
+        pytest.skip(f"digits are compared where the run was made; other {' and '.join(differing)}")
+    unmoved = [record._replace(unmoved=None) for record in without_time(replayed.curve)]
+    assert unmoved == without_time(stored.curve[:10])

@@ -5,10 +5,10 @@ import os
 
 import pytest
 
-from emrld_lite import runs, studies
-from emrld_lite.grid import load_grid
-from emrld_lite.results import run_scores, seeds_of, training_scores
-from emrld_lite.runs import SHIPPED, differences, load_config
+from emrld_lite.experiments import runs, studies
+from emrld_lite.experiments.grid import load_grid
+from emrld_lite.experiments.results import run_scores, seeds_of, training_scores
+from emrld_lite.experiments.runs import SHIPPED, differences, load_config
 from emrld_lite.validation import InputError
 
 GRIDS = sorted((SHIPPED.parent / "grids").glob("*.toml"))

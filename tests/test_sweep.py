@@ -14,10 +14,11 @@ import time
 import pytest
 import torch
 
-from emrld_lite import runs, storage
+from emrld_lite import storage
 from emrld_lite.config import TrainConfig
-from emrld_lite.grid import command_of, load_grid
-from emrld_lite.sweep import iterations_done, make_run, partial_folder, sweep
+from emrld_lite.experiments import runs
+from emrld_lite.experiments.grid import command_of, load_grid
+from emrld_lite.experiments.sweep import iterations_done, make_run, partial_folder, sweep
 from emrld_lite.trpo import TrustRegion
 from emrld_lite.validation import InputError
 

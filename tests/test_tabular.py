@@ -485,6 +485,8 @@ def test_other_bad_input_is_refused():
         (lambda: hunt("bond"), "unknown bound"),
         (lambda: corridor().meta_gradient(torch.zeros(2, 2)), "theta"),
         (lambda: corridor(inner_loss="second"), "unknown inner_loss"),
+        (lambda: corridor(second_order=False), "adaptation.second_order"),
+        (lambda: corridor(bc_reduction="sum"), "adaptation.bc_reduction"),
         (lambda: ExactMetaRL(corridor().mdps, [0.5, 0.5], [torch.ones(5, 2)] * 2, None), "demo[0]"),
         (lambda: list(exact_meta_train(corridor(), -1.0, 3)), "meta_lr"),
         (lambda: list(exact_meta_train(corridor(), 1.0, 0)), "iterations"),

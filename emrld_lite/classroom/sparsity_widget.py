@@ -9,9 +9,9 @@ import matplotlib.pyplot as plt
 import torch
 from IPython.display import display
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 from ..envs import make
+from ..envs.drawing import round_goal
 from ..envs.goals import GOAL_RADIUS
 from ..policy import initialise
 from ..rollout import collect
@@ -53,8 +53,7 @@ def sparsity_picture(walks: torch.Tensor, angle: float, radius: float) -> Figure
         axes.plot(walk[:, 0], walk[:, 1], color="#BBBBBB", linewidth=0.5)
     for walk in walks[met]:
         axes.plot(walk[:, 0], walk[:, 1], color="#D55E00", linewidth=1.0)
-    axes.add_patch(Circle(goal.tolist(), radius, color="#E69F00", alpha=0.35, linewidth=0))
-    axes.plot(*goal.tolist(), marker="*", color="black", markersize=9, linestyle="none")
+    round_goal(axes, goal.tolist(), radius)
     axes.set(xlim=(-2.8, 2.8), ylim=(-2.0, 2.8), aspect="equal")
     axes.set(xlabel="x (length units)", ylabel="y (length units)")
     axes.set_title(f"{int(met.sum())} of {len(walks)} walks are paid")

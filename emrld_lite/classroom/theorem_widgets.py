@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from ..tabular import Claims, corridor_step, proof_lines, slippery_pair, theorem_1
 from ..tabular.families import Family
 from ..tabular.figures import bound_bars, slacks
-from ..validation import known
+from ..validation import check_choice
 
 FALSE_CLAIMS = (
     "nothing",
@@ -88,7 +88,7 @@ def assumption_picture(claim: str, amount: float) -> Figure:
 
 def broken(claim: str, amount: float) -> tuple[Family, Claims]:
     """Return a family and what is claimed of it, with one claim false by ``amount``, 0 to 1."""
-    known("claim", claim, FALSE_CLAIMS)
+    check_choice("claim", claim, FALSE_CLAIMS)
     family = corridor_step()
     truth = theorem_1(*family)
     c1, delta = float(truth.c1), float(truth.delta)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import ipywidgets
 import matplotlib.pyplot as plt
 import torch
 from IPython.display import display
 from matplotlib.figure import Figure
 
-from .. import plots
 from ..adapt import Adaptation, adapt, warm_start
-from ..advantage import with_advantages
+from ..advantage import Score
 from ..demonstrations import Demonstrations
 from ..envs import Environment
+from ..experiments import plotting
 from ..policy import Params
 from ..rollout import collect, episode_returns
 from ..train import Record
@@ -47,7 +49,7 @@ class LiveCurve:
         if self.records:
             before = [record.return_before for record in self.records]
             axes.plot(before, color="grey", linewidth=1, label="before adaptation")
-            plots.learning_curves({self.algorithm: [self.records]}, axes)
+            plotting.learning_curves({self.algorithm: [self.records]}, axes)
         axes.set(xlim=(0, self.iterations), ylim=(-2, 85))
         axes.set(xlabel="meta-iteration", ylabel="mean return")
         plt.close(figure)
@@ -98,16 +100,16 @@ def adapted_paths(
     random = torch.Generator().manual_seed(seed)
     one = demonstrations.take(slice(task, task + 1))
     start = warm_start(meta_params, one, adaptation)
-    before = with_advantages(collect(environment, one.tasks, start, 20, random), 0.95, 1.0)
+    before = Score()(collect(environment, one.tasks, start, 20, random))
     after = before
     if w_rl or w_bc:
-        chosen = Adaptation(w_rl, w_bc, adaptation.warm_start, adaptation.adapt_lr)
+        chosen = dataclasses.replace(adaptation, w_rl=w_rl, w_bc=w_bc)
         task_params = adapt(meta_params, before, one, chosen)
         after = collect(environment, one.tasks, task_params, 20, random)
     figure, axes = plt.subplots(figsize=(5, 3.4))
-    plots.arena(axes, one.tasks)
-    plots.trajectories(before, axes, color="#BBBBBB", linestyle=":")
-    plots.trajectories(after, axes)
+    environment.draw_tasks(axes, one.tasks)
+    plotting.trajectories(before, axes, color="#BBBBBB", linestyle=":")
+    plotting.trajectories(after, axes)
     axes.set_title(
         f"w_rl = {w_rl:.1f}, w_bc = {w_bc:.1f}: return {episode_returns(after).mean():.1f}"
     )

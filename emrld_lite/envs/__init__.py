@@ -1,53 +1,51 @@
-"""The environments by name, batched for the algorithms and registered for everyone else.
+"""The environments by name, batched for the algorithms; the package registers them for everyone else.
+
+Each is imported when it is first made, so that only the cheetah loads MuJoCo.
 
 >>> environment = make("point2d")
->>> import gymnasium
+>>> import emrld_lite, gymnasium
 >>> single = gymnasium.make("emrld_lite/Point2D-v0")
 """
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import fields
+from typing import TYPE_CHECKING, Any
 
-import gymnasium
-
-from ..validation import known, lookup
+from .. import GYMNASIUM_IDS
+from ..validation import check_choice, lookup
 from .base import Environment, Transition
-from .half_cheetah import HalfCheetahForwardBackward
-from .point2d import Point2D
-from .shell import SingleEpisode
-from .two_wheeled import TwoWheeled, TwoWheeledDrift
 
-__all__ = ["ENVIRONMENTS", "Environment", "SingleEpisode", "Transition", "make"]
+if TYPE_CHECKING:
+    from .gymnasium_env import SingleEpisode
 
-ENVIRONMENTS: dict[str, type[Environment]] = {
-    "point2d": Point2D,
-    "two_wheeled": TwoWheeled,
-    "half_cheetah": HalfCheetahForwardBackward,
-    "two_wheeled_drift": TwoWheeledDrift,
-}
-GYMNASIUM_IDS = {
-    "point2d": "emrld_lite/Point2D-v0",
-    "two_wheeled": "emrld_lite/TwoWheeled-v0",
-    "half_cheetah": "emrld_lite/HalfCheetahForwardBackward-v0",
-    "two_wheeled_drift": "emrld_lite/TwoWheeledDrift-v0",
+__all__ = ["ENVIRONMENTS", "GYMNASIUM_IDS", "Environment", "Transition", "family", "make"]
+
+ENVIRONMENTS = {  # name: module and class
+    "point2d": ("point2d", "Point2D"),
+    "two_wheeled": ("two_wheeled", "TwoWheeled"),
+    "half_cheetah": ("half_cheetah", "HalfCheetahForwardBackward"),
+    "two_wheeled_drift": ("two_wheeled", "TwoWheeledDrift"),
 }
 
 
-def make(name: str, **options: str) -> Environment:
+def family(name: str) -> type[Environment]:
+    """Return the class of the environment called ``name``; an unknown name raises InputError."""
+    module, cls = lookup("environment", name, ENVIRONMENTS)
+    return getattr(importlib.import_module(f".{module}", __name__), cls)
+
+
+def make(name: str, **options: Any) -> Environment:
     """Return the batched environment called ``name``; an unknown name or option raises InputError."""
-    family = lookup("environment", name, ENVIRONMENTS)
-    allowed = [field.name for field in fields(family)]
+    chosen = family(name)
+    allowed = [field.name for field in fields(chosen)]
     for option in options:
-        known(f"option of {name}", option, allowed)
-    return family(**options)
+        check_choice(f"option of {name}", option, allowed)
+    return chosen(**options)
 
 
-def single_episode(name: str, render_mode: str | None = None, **options: str) -> SingleEpisode:
+def single_episode(name: str, render_mode: str | None = None, **options: Any) -> SingleEpisode:
     """Return the environment called ``name`` as a ``gymnasium.Env``; what ``gymnasium.make`` calls."""
-    return SingleEpisode(make(name, **options), render_mode)
-
-
-for _name, _id in GYMNASIUM_IDS.items():
-    if _id not in gymnasium.registry:
-        gymnasium.register(id=_id, entry_point=single_episode, kwargs={"name": _name})
+    module = importlib.import_module(".gymnasium_env", __name__)
+    return module.SingleEpisode(make(name, **options), render_mode)

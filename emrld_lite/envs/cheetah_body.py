@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import functools
 import logging
+import os
+import sys
 from pathlib import Path
 
 import gymnasium
 import mujoco
 import numpy as np
-import torch
+from jaxtyping import Float
+from torch import Tensor
 
 logger = logging.getLogger(__name__)
 
@@ -22,22 +25,24 @@ def cheetah_model() -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_path(str(folder / "half_cheetah.xml"))
 
 
-def full_state(state: torch.Tensor) -> tuple[np.ndarray, np.ndarray]:
-    """Return qpos (9,) and qvel (9,) from an observation (20,)."""
+def full_state(
+    state: Float[Tensor, " 20"],
+) -> tuple[Float[np.ndarray, " 9"], Float[np.ndarray, " 9"]]:
+    """Return qpos and qvel from an observation."""
     values = state.double().numpy()
     return np.concatenate([values[17:18], values[:8]]), values[8:17]
 
 
-def posed(state: torch.Tensor) -> mujoco.MjData:
-    """Return a simulation in the pose of a state (20,)."""
+def posed(state: Float[Tensor, " 20"]) -> mujoco.MjData:
+    """Return a simulation in the pose of an observation."""
     data = mujoco.MjData(cheetah_model())
     data.qpos[:], data.qvel[:] = full_state(state)
     mujoco.mj_forward(cheetah_model(), data)
     return data
 
 
-def capsules(state: torch.Tensor) -> list[tuple[np.ndarray, float]]:
-    """Return the body's capsules as ends (2, 2) in x and z and radii, metres, from a state (20,)."""
+def capsules(state: Float[Tensor, " 20"]) -> list[tuple[Float[np.ndarray, "end xz"], float]]:
+    """Return the body's capsules as their ends and radii, metres, from an observation."""
     model, data = cheetah_model(), posed(state)
     drawn = []
     for geom in range(model.ngeom):
@@ -56,6 +61,11 @@ def renderer() -> mujoco.Renderer | None:
 
     Without a screen, OSMesa or EGL and MUJOCO_GL=osmesa or egl before Python starts make one.
     """
+    windowed = os.environ.get("MUJOCO_GL", "glfw") == "glfw"
+    screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if sys.platform == "linux" and windowed and not screen:
+        logger.info("no screen for MuJoCo's pictures: the cheetah is drawn with matplotlib")
+        return None
     try:
         return mujoco.Renderer(cheetah_model(), 480, 480)
     except Exception as error:  # each GL library fails with errors of its own
@@ -63,8 +73,8 @@ def renderer() -> mujoco.Renderer | None:
         return None
 
 
-def rendered(state: torch.Tensor) -> np.ndarray | None:
-    """Return MuJoCo's picture (480, 480, 3), uint8, of a state (20,), or None where it cannot draw."""
+def rendered(state: Float[Tensor, " 20"]) -> np.ndarray | None:
+    """Return MuJoCo's picture (480, 480, 3), uint8, of an observation, or None where it cannot draw."""
     maker = renderer()
     if maker is None:
         return None

@@ -7,12 +7,15 @@ from collections.abc import Callable
 
 import matplotlib.pyplot as plt
 import numpy as np
-import torch
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Circle, Polygon, Rectangle
+from torch import Tensor
+
+from .goals import GOAL_RADIUS, Goals
 
 logger = logging.getLogger(__name__)
 
@@ -21,10 +24,28 @@ PATH_COLOUR = "#0072B2"
 BODY_COLOUR = "#444444"
 
 
-def round_goal(axes: Axes, goal: list[float], near: float) -> None:
-    """Draw a goal as a star in the disc that pays a reward."""
-    axes.add_patch(Circle((goal[0], goal[1]), near, color=GOAL_COLOUR, alpha=0.35, linewidth=0))
+def round_goal(axes: Axes, goal: list[float], near: float, strength: float = 0.35) -> None:
+    """Draw a goal as a star in the disc that pays a reward, of opacity ``strength``."""
+    axes.add_patch(Circle((goal[0], goal[1]), near, color=GOAL_COLOUR, alpha=strength, linewidth=0))
     axes.plot(*goal, marker="*", color="black", markersize=8, linestyle="none", zorder=5)
+
+
+def goals_in_the_plane(axes: Axes, goals: Goals, near: float) -> None:
+    """Draw the start, the goals, and the semicircle that they lie on, if they do.
+
+    The discs of many goals overlap: the more there are, the fainter each is.
+    """
+    apart = goals.unique(dim=0)
+    if (apart.norm(dim=-1) - GOAL_RADIUS).abs().max() < 1e-3:
+        angles = np.linspace(0.0, np.pi, 100)
+        arc = GOAL_RADIUS * np.cos(angles), GOAL_RADIUS * np.sin(angles)
+        axes.plot(*arc, color="grey", linewidth=0.6, zorder=0)
+    for goal in apart.tolist():
+        round_goal(axes, goal, near, min(0.35, 2.0 / len(apart)))
+    axes.plot(0, 0, marker="x", color="black", markersize=7, linestyle="none")
+    axes.set_aspect("equal")
+    axes.set(xlim=(-2.6, 2.6), ylim=(-1.1, 2.6))
+    axes.set(xlabel="x (length units)", ylabel="y (length units)")
 
 
 def box_goal(axes: Axes, goal: list[float], near: float, box: float) -> None:
@@ -34,8 +55,8 @@ def box_goal(axes: Axes, goal: list[float], near: float, box: float) -> None:
     axes.add_patch(Rectangle(corner, 2 * box, 2 * box, fill=False, edgecolor="black", linewidth=1))
 
 
-def path(axes: Axes, states: torch.Tensor) -> None:
-    """Draw the way through states (time, 2 or more) from a cross at its start."""
+def path(axes: Axes, states: Float[Tensor, "time state"]) -> None:
+    """Draw the way through the states' x and y from a cross at its start."""
     axes.plot(states[:, 0], states[:, 1], color=PATH_COLOUR, linewidth=1.4)
     axes.plot(*states[0, :2].tolist(), marker="x", color="black", markersize=6, linestyle="none")
 

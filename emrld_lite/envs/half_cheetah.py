@@ -3,43 +3,56 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import get_args
 
 import mujoco.batch
 import numpy as np
 import torch
-from matplotlib.axes import Axes
+from jaxtyping import Float
+from torch import Tensor
 
-from ..validation import InputError, known, positive_count, shaped
-from .base import Environment, Transition, refuse_wrong
+from ..validation import InputError, check_choice, positive_count, shaped
+from .base import (
+    Actions,
+    Axes,
+    Environment,
+    PerEpisode,
+    Reward,
+    States,
+    Tasks,
+    Transition,
+    refuse_wrong,
+)
 from .cheetah_body import capsules, cheetah_model, rendered
-from .drawing import BODY_COLOUR, GOAL_COLOUR
 
 HORIZON = 100  # control steps, appendix B
-FRAME_SKIP = 5  # physics steps a control step, as in Gymnasium's HalfCheetah
+FRAME_SKIP = 5  # physics steps per control step, as in Gymnasium's HalfCheetah
 TORSO_HEIGHT = 0.7  # of the torso when its joints are at 0, metres
 REWARD_BEYOND = 2.0  # metres from the start
 CONTROL_COST = 0.05  # times the squared norm of the action, released code
 POSITION_BOUND, VELOCITY_BOUND = 100.0, 1000.0  # beyond, a simulation counts as broken
+TORSO_X = 17  # where an observation has the torso's x
 
 
-def observation(qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
-    """Return (..., 20): the joint positions but x (8), all velocities (9), the torso's position (3).
+def observation(
+    qpos: Float[np.ndarray, "*at 9"], qvel: Float[np.ndarray, "*at 9"]
+) -> Float[np.ndarray, "*at 20"]:
+    """Return the joint positions but x (8), all velocities (9), the torso's position (3).
 
-    ``qpos`` and ``qvel`` are (..., 9). The released code's observation, not the 17 of HalfCheetah-v5.
+    The released code's observation, not the 17 of HalfCheetah-v5.
     """
     x, z = qpos[..., :1], qpos[..., 1:2] + TORSO_HEIGHT
     return np.concatenate([qpos[..., 1:], qvel, x, np.zeros_like(x), z], axis=-1)
 
 
 def run_reward(
-    before: torch.Tensor,
-    after: torch.Tensor,
-    direction: torch.Tensor,
-    cost: torch.Tensor,
+    before: PerEpisode,
+    after: PerEpisode,
+    direction: Float[Tensor, "task 1"],
+    cost: PerEpisode,
     dt: float,
-) -> torch.Tensor:
-    """Return d_g (x_{t+1} - x_t) / dT - c_t, (...), the reward wherever one is paid. Appendix B."""
+) -> PerEpisode:
+    """Return d_g (x_{t+1} - x_t) / dT - c_t, the reward wherever one is paid. Appendix B."""
     return direction * (after - before) / dt - cost
 
 
@@ -47,20 +60,51 @@ def run_reward(
 class HalfCheetahForwardBackward(Environment):
     """The paper's HalfCheetah Forward-Backward (appendix B, Environments), in MuJoCo.
 
-    =========== ====== ================================================================
-    Observation 0-7    height and pitch of the root, six joint angles (metres, radians)
-    Observation 8-16   velocities of x, height, pitch and the six joints (m/s, rad/s)
-    Observation 17-19  position of the torso, metres; x starts at 0
-    Action      0-5    torques at the six joints, [-1, 1] of their range
-    Task        0      direction: +1 forward, -1 backward
-    =========== ====== ================================================================
+    ## Description
+    Gymnasium's HalfCheetah, a planar body with six joints, runs forward or backward without being
+    told which: the direction is the task. A control step lasts 0.05 s. All episodes are stepped in
+    native threads; the environment holds their simulations between ``reset`` and the last ``step``,
+    so one rollout at a time.
 
-    A control step lasts 0.05 s. Every episode starts at rest. All episodes are stepped in native
-    threads; the environment holds their simulations between ``reset`` and the last ``step``, so one
-    rollout at a time. Raises InputError for an unknown reward.
+    ## Observation space
+    ====== =============================================== ====== ===== =================
+    Num    Observation                                     Min    Max   Unit
+    ====== =============================================== ====== ===== =================
+    0      height of the root, from its start              -100   100   metres
+    1      pitch of the root                               -100   100   radians
+    2-4    angles of the back thigh, shin and foot         -100   100   radians
+    5-7    angles of the front thigh, shin and foot        -100   100   radians
+    8, 9   velocities of x and height                      -1000  1000  metres per second
+    10-16  velocities of pitch and the six joints          -1000  1000  radians per second
+    17-19  x, y (always 0) and z of the torso              -100   100   metres
+    ====== =============================================== ====== ===== =================
+
+    ## Action space
+    === ================================================ === === ==========================
+    Num Action                                           Min Max Unit
+    === ================================================ === === ==========================
+    0-2 torques at the back thigh, shin and foot         -1  1   the joint's gear in N m
+    3-5 torques at the front thigh, shin and foot        -1  1   (120, 90, 60; 120, 60, 30)
+    === ================================================ === === ==========================
+
+    ## Rewards
+    Where the torso is more than 2 m from its start, whichever way: direction times its velocity in
+    metres per second, minus 0.05 times the squared norm of the action; 0 elsewhere.
+    ``reward="dense"``: the same everywhere.
+
+    ## Starting state
+    At rest, torso at x = 0, all joints at 0.
+
+    ## Episode end
+    Truncated after 100 steps; terminated, without reward, if the simulation leaves the observation's
+    bounds.
+
+    ## Tasks and options
+    A task is the direction, 1 (forward) or -1 (backward): five slots of each to train on; the tests
+    take both in turn. ``reward`` and ``threads`` as below; InputError for what cannot be used.
     """
 
-    reward: Literal["sparse", "dense"] = "sparse"
+    reward: Reward = Environment.reward
     """Paid beyond two metres only (paper), or everywhere, which the experts learn from."""
     threads: int | None = None
     """Native threads; by default as many as torch uses. The numbers do not depend on it."""
@@ -72,9 +116,10 @@ class HalfCheetahForwardBackward(Environment):
     task_dim = 1
     observation_high = (POSITION_BOUND,) * 8 + (VELOCITY_BOUND,) * 9 + (POSITION_BOUND,) * 3
     observation_low = tuple(-bound for bound in observation_high)
+    idle_action = (0.0,) * 6
 
     def __post_init__(self) -> None:
-        known("reward", self.reward, ("sparse", "dense"))
+        check_choice("reward", self.reward, get_args(Reward))
         if self.threads is not None:
             positive_count("threads", self.threads)
         object.__setattr__(self, "_running", {})
@@ -84,29 +129,29 @@ class HalfCheetahForwardBackward(Environment):
         """dT in seconds."""
         return FRAME_SKIP * cheetah_model().opt.timestep
 
-    def training_tasks(self) -> torch.Tensor:
-        """Return the two directions in 10 task slots, five each, (10, 1)."""
+    def training_tasks(self) -> Tasks:
+        """Return the two directions in 10 task slots, five each."""
         return torch.tensor([1.0] * 5 + [-1.0] * 5)[:, None]
 
-    def sample_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
-        """Return directions drawn evenly, (count, 1): the paper trains and tests on the same two."""
+    def sample_tasks(self, count: int, random: np.random.Generator) -> Tasks:
+        """Return directions drawn evenly: the paper trains and tests on the same two."""
         drawn = random.choice([-1.0, 1.0], (positive_count("tasks", count), 1))
         return torch.tensor(drawn, dtype=torch.float32)
 
-    def test_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
-        """Return both directions in turn, (count, 1), so that neither is missed."""
+    def test_tasks(self, count: int, random: np.random.Generator) -> Tasks:
+        """Return both directions in turn, so that neither is missed."""
         signs = [1.0, -1.0] * positive_count("tasks", count)
         return torch.tensor(signs[:count])[:, None]
 
-    def check_tasks(self, tasks: torch.Tensor) -> torch.Tensor:
+    def check_tasks(self, tasks: Tensor) -> Tasks:
         """Return directions (task, 1) unless one is neither +1 nor -1."""
         shaped("HalfCheetah directions", tasks, ("task", 1))
         wrong = tasks[:, 0].abs() != 1.0
         expected = "a direction of 1 (forward) or -1 (backward)"
         return refuse_wrong("HalfCheetah", tasks, wrong, expected)
 
-    def reset(self, tasks: torch.Tensor, episodes: int) -> torch.Tensor:
-        """Return the start, at rest, of every episode, (task, episode, 20)."""
+    def reset(self, tasks: Tasks, episodes: int) -> States:
+        """Return the start, at rest, of every episode."""
         count = len(tasks) * positive_count("episodes", episodes)
         threads = self.threads or torch.get_num_threads()
         if self._running.get("size") != (count, threads):
@@ -115,9 +160,7 @@ class HalfCheetahForwardBackward(Environment):
         self._running["batch"].reset()
         return self._observe(len(tasks), episodes, tasks.device)
 
-    def step(
-        self, tasks: torch.Tensor, states: torch.Tensor, actions: torch.Tensor, time: int
-    ) -> Transition:
+    def step(self, tasks: Tasks, states: States, actions: Actions, time: int) -> Transition:
         """Apply the torques for 0.05 s and pay the reward; raises InputError for foreign states."""
         if not torch.equal(states, self._running.get("states", torch.empty(0))):
             raise InputError(
@@ -129,7 +172,7 @@ class HalfCheetahForwardBackward(Environment):
         batch.bind("ctrl")[:] = clipped.reshape(-1, self.action_dim).cpu().numpy()
         batch.step(nstep=FRAME_SKIP)
         moved = self._observe(*states.shape[:2], states.device)
-        before, after = states[..., 17], moved[..., 17]  # (task, episode)
+        before, after = states[..., TORSO_X], moved[..., TORSO_X]  # (task, episode)
         cost = CONTROL_COST * clipped.square().sum(-1)
         rewards = run_reward(before, after, tasks, cost, self.time_step)
         beyond = after.abs() > REWARD_BEYOND
@@ -139,7 +182,7 @@ class HalfCheetahForwardBackward(Environment):
         rewards = torch.where(broken, torch.zeros_like(rewards), rewards)
         return Transition(moved, rewards, broken, beyond & (after * tasks > 0) & ~broken)
 
-    def _observe(self, tasks: int, episodes: int, device: torch.device) -> torch.Tensor:
+    def _observe(self, tasks: int, episodes: int, device: torch.device) -> States:
         """Return the states of all simulations; one out of bounds is marked broken, and reads zero."""
         batch = self._running["batch"]
         seen = observation(batch.bind("qpos"), batch.bind("qvel"))
@@ -150,13 +193,17 @@ class HalfCheetahForwardBackward(Environment):
         self._running.update(states=states, broken=broken)
         return states
 
-    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+    def distance_to_reward(self, tasks: Tasks, states: States) -> PerEpisode:
         """Return how much of the two metres is left, whichever way it ran."""
-        return REWARD_BEYOND - states[..., 17].abs()
+        return REWARD_BEYOND - states[..., TORSO_X].abs()
 
-    def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
+    def draw(
+        self, axes: Axes, task: Float[Tensor, " task_dim"], states: Float[Tensor, "time state"]
+    ) -> None:
         """Draw the cheetah from the side, and where its reward begins."""
-        x = float(states[-1, 17])
+        from .drawing import BODY_COLOUR, GOAL_COLOUR
+
+        x = float(states[-1, TORSO_X])
         edge = float(task[0]) * REWARD_BEYOND
         axes.axvspan(edge, edge + float(task[0]) * 40, color=GOAL_COLOUR, alpha=0.25)
         axes.axhline(0, color=BODY_COLOUR, linewidth=1.5)
@@ -169,7 +216,21 @@ class HalfCheetahForwardBackward(Environment):
             )
         axes.set(xlim=(x - 1.6, x + 1.6), ylim=(-0.6, 2.6))
 
-    def picture(self, task: torch.Tensor, states: torch.Tensor) -> np.ndarray:
+    def draw_tasks(self, axes: Axes, tasks: Tasks) -> None:
+        """Draw the two metres from which on either direction pays."""
+        from .drawing import GOAL_COLOUR
+
+        for edge in (-REWARD_BEYOND, REWARD_BEYOND):
+            axes.axhline(edge, color=GOAL_COLOUR, linewidth=2)
+        axes.set(xlabel="time (s)", ylabel="x of the torso (m)")
+
+    def track(self, states: Float[Tensor, "time state"]) -> Float[Tensor, "2 time"]:
+        """Return the time in seconds, and x of the torso in metres."""
+        return torch.stack([self.time_step * torch.arange(len(states)), states[:, TORSO_X]])
+
+    def picture(
+        self, task: Float[Tensor, " task_dim"], states: Float[Tensor, "time state"]
+    ) -> np.ndarray:
         """Return MuJoCo's own picture where there is a GL library, else the drawing."""
         picture = rendered(states[-1])
         return super().picture(task, states) if picture is None else picture

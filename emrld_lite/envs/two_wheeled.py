@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import torch
-from matplotlib.axes import Axes
+from jaxtyping import Bool, Float
+from torch import Tensor
 
-from ..validation import known, positive_count, shaped
-from .base import Environment, Transition, refuse_wrong
-from .drawing import box_goal, path, robot
-from .goals import check_goals, goal_distance, sample_goals, spread_goals
+from ..validation import check_choice, positive_count, shaped
+from .base import (
+    Actions,
+    Axes,
+    Environment,
+    PerEpisode,
+    Reward,
+    States,
+    Tasks,
+    Transition,
+    refuse_wrong,
+)
+from .goals import Goals, check_goals, goal_distance, sample_goals, spread_goals
 
 HORIZON = 100  # steps, appendix B
 TIME_STEP = 0.5  # dT, seconds
@@ -21,16 +31,22 @@ NEAR = 0.5  # inside, the reward is one minus the distance
 DRIFT_GOAL = (2.0, 1.0)
 DRIFT_LIMIT = 0.8  # rad/s; the paper names one value, -0.65
 
+DriftRule = Literal["rate", "literal"]
 
-def velocities(actions: torch.Tensor, v_limit: float, omega_limit: float) -> torch.Tensor:
-    """Turn actions (..., 2) in [-1, 1] into v in [0, v_limit] and omega in +-omega_limit, (..., 2)."""
+
+def velocities(
+    actions: Float[Tensor, "*at 2"], v_limit: float, omega_limit: float
+) -> Float[Tensor, "*at 2"]:
+    """Turn actions in [-1, 1] into v in [0, v_limit] and omega in +-omega_limit."""
     clipped = actions.clamp(-1.0, 1.0)
     v = (clipped[..., 0] + 1.0) * (0.5 * v_limit)
     omega = clipped[..., 1] * omega_limit
     return torch.stack([v, omega], dim=-1)
 
 
-def drive(states: torch.Tensor, v: torch.Tensor, turn: torch.Tensor) -> torch.Tensor:
+def drive(
+    states: Float[Tensor, "*at 3"], v: Float[Tensor, "*at"], turn: Float[Tensor, "*at"]
+) -> Float[Tensor, "*at 3"]:
     """Return (x, y, theta) after one step: straight ahead for v dT, then a turn by ``turn`` radians.
 
     x' = x + v cos(theta) dT, y' = y + v sin(theta) dT, theta' = theta + turn. Appendix B.
@@ -41,9 +57,9 @@ def drive(states: torch.Tensor, v: torch.Tensor, turn: torch.Tensor) -> torch.Te
 
 
 def sparse_reward(
-    states: torch.Tensor, goals: torch.Tensor, time: int, reached_box: float
-) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return the paper's reward and whether the goal's box is reached, both (...). Appendix B."""
+    states: Float[Tensor, "*at 3"], goals: Float[Tensor, "*#at 2"], time: int, reached_box: float
+) -> tuple[Float[Tensor, "*at"], Bool[Tensor, "*at"]]:
+    """Return the paper's reward and whether the goal's box is reached. Appendix B."""
     distance = goal_distance(states, goals)
     dx = (states[..., 0] - goals[..., 0]).abs()
     dy = (states[..., 1] - goals[..., 1]).abs()
@@ -57,7 +73,7 @@ def sparse_reward(
 class _Wheeled(Environment):
     """What both wheeled families share: states, start, step, arena."""
 
-    reward: Literal["sparse", "dense"] = "sparse"
+    reward: Reward = Environment.reward
     """The paper's sparse reward, or minus the distance to the goal, which the experts learn from."""
 
     horizon = HORIZON
@@ -66,9 +82,10 @@ class _Wheeled(Environment):
     v_limit = 0.22
     omega_limit = 2.84
     reached_box = 0.2
+    idle_action = (-1.0, 0.0)
 
     def __post_init__(self) -> None:
-        known("reward", self.reward, ("sparse", "dense"))
+        check_choice("reward", self.reward, get_args(Reward))
 
     @property
     def observation_high(self) -> tuple[float, ...]:  # type: ignore[override]
@@ -78,19 +95,17 @@ class _Wheeled(Environment):
 
     @property
     def observation_low(self) -> tuple[float, ...]:  # type: ignore[override]
-        """The same downwards."""
+        """Minus the upper bounds."""
         return tuple(-bound for bound in self.observation_high)
 
     def _largest_turn(self) -> float:
         return self.omega_limit * TIME_STEP
 
-    def reset(self, tasks: torch.Tensor, episodes: int) -> torch.Tensor:
-        """Return the origin, heading along x, for every episode, (task, episode, 3)."""
+    def reset(self, tasks: Tasks, episodes: int) -> States:
+        """Return the origin, heading along x, for every episode."""
         return torch.zeros(len(tasks), positive_count("episodes", episodes), 3, device=tasks.device)
 
-    def step(
-        self, tasks: torch.Tensor, states: torch.Tensor, actions: torch.Tensor, time: int
-    ) -> Transition:
+    def step(self, tasks: Tasks, states: States, actions: Actions, time: int) -> Transition:
         """Drive every robot and pay its reward; outside the arena the episode ends."""
         v, omega = velocities(actions, self.v_limit, self.omega_limit).unbind(-1)
         moved = drive(states, v, self._turn(tasks, omega))  # (task, episode, 3)
@@ -101,24 +116,38 @@ class _Wheeled(Environment):
         outside = (moved[..., :2].abs() > ARENA).any(-1)
         return Transition(moved, rewards, reached | outside, reached)
 
-    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+    def distance_to_reward(self, tasks: Tasks, states: States) -> PerEpisode:
         """Return the distance to the disc of radius 0.5 around the goal."""
         return goal_distance(states, self._goals(tasks)[:, None]) - NEAR
 
-    def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
+    def draw(
+        self, axes: Axes, task: Float[Tensor, " task_dim"], states: Float[Tensor, "time state"]
+    ) -> None:
         """Draw the goal's box and ring, the way so far, and the robot at its end."""
+        from .drawing import box_goal, path, robot
+
         goal = self._goals(task[None])[0].tolist()
         box_goal(axes, goal, NEAR, self.reached_box)
         path(axes, states)
         robot(axes, states[-1].tolist())
         axes.set(xlim=(-ARENA, ARENA), ylim=(-ARENA, ARENA))
 
-    def _turn(self, tasks: torch.Tensor, omega: torch.Tensor) -> torch.Tensor:
-        """Return the change of heading in radians, (task, episode)."""
+    def draw_tasks(self, axes: Axes, tasks: Tasks) -> None:
+        """Draw the start, and each goal with the disc that pays."""
+        from .drawing import goals_in_the_plane
+
+        goals_in_the_plane(axes, self._goals(tasks), NEAR)
+
+    def track(self, states: Float[Tensor, "time state"]) -> Float[Tensor, "2 time"]:
+        """Return x and y."""
+        return states[:, :2].T
+
+    def _turn(self, tasks: Tasks, omega: PerEpisode) -> PerEpisode:
+        """Return the change of heading in radians."""
         return omega * TIME_STEP
 
-    def _goals(self, tasks: torch.Tensor) -> torch.Tensor:
-        """Return the goal of each task, (task, 2)."""
+    def _goals(self, tasks: Tasks) -> Goals:
+        """Return the goal of each task."""
         return tasks
 
 
@@ -126,31 +155,55 @@ class _Wheeled(Environment):
 class TwoWheeled(_Wheeled):
     """The paper's TwoWheeled Locomotion (appendix B, Environments).
 
-    =========== ===== ==========================================================================
-    Observation 0, 1  x and y of the robot, in length units; starts at the origin
-    Observation 2     heading theta in radians, not wrapped; starts at 0, along x
-    Action      0     linear velocity: [-1, 1] stands for v from 0 to 0.22 length units a second
-    Action      1     angular velocity: [-1, 1] stands for omega from -2.84 to 2.84 rad a second
-    Task        0, 1  x and y of the goal, on the upper semicircle of radius 2
-    =========== ===== ==========================================================================
+    ## Description
+    A robot that can turn and drive ahead, not sideways, goes to a goal that it does not see. A step
+    lasts dT = 0.5 s. The state has a heading, which the paper's R^2 leaves out.
 
-    A step lasts dT = 0.5 s. The state has a heading, which the paper's R^2 leaves out, and the arena
-    is |x|, |y| <= 2.5: a square of side 2.5 would shut the goals out. Raises InputError for an
-    unknown reward.
+    ## Observation space
+    === ============================= ====== ===== =============
+    Num Observation                   Min    Max   Unit
+    === ============================= ====== ===== =============
+    0   x of the robot                -2.61  2.61  length units
+    1   y of the robot                -2.61  2.61  length units
+    2   heading theta, not wrapped    -142   142   radians
+    === ============================= ====== ===== =============
+
+    ## Action space
+    === ======================== === === ======================================
+    Num Action                   Min Max Stands for
+    === ======================== === === ======================================
+    0   linear velocity v        -1  1   0 to 0.22 length units per second
+    1   angular velocity omega   -1  1   -2.84 to 2.84 radians per second
+    === ======================== === === ======================================
+
+    ## Rewards
+    With d the distance to the goal after a step: 1 - d where d <= 0.5; the number of steps that are
+    left where |x| and |y| are both within 0.2 of the goal's; 0 elsewhere. ``reward="dense"``: -d.
+
+    ## Starting state
+    The origin, heading along x.
+
+    ## Episode end
+    Terminated within 0.2 of the goal in x and in y, and outside the arena |x|, |y| <= 2.5 (a square
+    of side 2.5 would shut the goals out); truncated after 100 steps.
+
+    ## Tasks and options
+    A task is the goal's x and y, on the upper semicircle of radius 2: 24 to train on, evenly spread,
+    others drawn uniformly. ``reward`` as below; InputError for an unknown one.
     """
 
     name = "two_wheeled"
     task_dim = 2
 
-    def training_tasks(self) -> torch.Tensor:
-        """Return 24 goals, evenly spread over the semicircle with both its ends, (24, 2)."""
+    def training_tasks(self) -> Tasks:
+        """Return 24 goals, evenly spread over the semicircle with both its ends."""
         return spread_goals(24)
 
-    def sample_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
-        """Return goals drawn uniformly from the semicircle, (count, 2)."""
+    def sample_tasks(self, count: int, random: np.random.Generator) -> Tasks:
+        """Return goals drawn uniformly from the semicircle."""
         return sample_goals(count, random)
 
-    def check_tasks(self, tasks: torch.Tensor) -> torch.Tensor:
+    def check_tasks(self, tasks: Tensor) -> Tasks:
         """Return goals (task, 2) unless one lies off the upper semicircle of radius 2."""
         return check_goals("TwoWheeled", tasks)
 
@@ -159,18 +212,46 @@ class TwoWheeled(_Wheeled):
 class TwoWheeledDrift(_Wheeled):
     """The paper's TwoWheeled Locomotion with changing dynamics (appendix B, Environments).
 
-    =========== ===== ==========================================================================
-    Observation 0, 1  x and y of the robot, in length units; starts at the origin
-    Observation 2     heading theta in radians, not wrapped; starts at 0, along x
-    Action      0     linear velocity: [-1, 1] stands for v from 0 to 0.15 length units a second
-    Action      1     angular velocity: [-1, 1] stands for omega from -1.5 to 1.5 rad a second
-    Task        0     residual angular velocity omega_g, within 0.8 rad a second of 0
-    =========== ===== ==========================================================================
+    ## Description
+    The same robot, slower, with one goal at (2, 1) for all tasks; what changes, and is not seen, is
+    how fast it turns by itself. A step lasts dT = 0.5 s.
 
-    The goal is (2, 1) for every task. Raises InputError for an unknown reward or drift rule.
+    ## Observation space
+    === ============================= ======= ====== =============
+    Num Observation                   Min     Max    Unit
+    === ============================= ======= ====== =============
+    0   x of the robot                -2.575  2.575  length units
+    1   y of the robot                -2.575  2.575  length units
+    2   heading theta, not wrapped    -115    115    radians
+    === ============================= ======= ====== =============
+
+    With ``drift_rule="literal"`` the heading's bounds are -155 and 155.
+
+    ## Action space
+    === ======================== === === ======================================
+    Num Action                   Min Max Stands for
+    === ======================== === === ======================================
+    0   linear velocity v        -1  1   0 to 0.15 length units per second
+    1   angular velocity omega   -1  1   -1.5 to 1.5 radians per second
+    === ======================== === === ======================================
+
+    ## Rewards
+    As in TwoWheeled, with 0.1 in place of 0.2.
+
+    ## Starting state
+    The origin, heading along x.
+
+    ## Episode end
+    Terminated within 0.1 of the goal in x and in y, and outside the arena |x|, |y| <= 2.5; truncated
+    after 100 steps.
+
+    ## Tasks and options
+    A task is the residual angular velocity omega_g, within 0.8 radians per second of 0: 9 to train
+    on, evenly spread (the paper names none of its nine), others drawn uniformly. ``reward`` and
+    ``drift_rule`` as below; InputError for unknown ones.
     """
 
-    drift_rule: Literal["rate", "literal"] = "rate"
+    drift_rule: DriftRule = "rate"
     """"rate": theta' = theta + (omega + omega_g) dT; "literal": theta + omega_g + omega dT, as printed."""
 
     name = "two_wheeled_drift"
@@ -181,18 +262,18 @@ class TwoWheeledDrift(_Wheeled):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        known("drift rule", self.drift_rule, ("rate", "literal"))
+        check_choice("drift rule", self.drift_rule, get_args(DriftRule))
 
-    def training_tasks(self) -> torch.Tensor:
-        """Return 9 residual angular velocities, evenly spread from -0.8 to 0.8 rad/s, (9, 1)."""
+    def training_tasks(self) -> Tasks:
+        """Return 9 residual angular velocities, evenly spread from -0.8 to 0.8 rad/s."""
         return torch.linspace(-DRIFT_LIMIT, DRIFT_LIMIT, 9)[:, None]
 
-    def sample_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
-        """Return residual angular velocities drawn uniformly within the same limits, (count, 1)."""
+    def sample_tasks(self, count: int, random: np.random.Generator) -> Tasks:
+        """Return residual angular velocities drawn uniformly within the same limits."""
         drawn = random.uniform(-DRIFT_LIMIT, DRIFT_LIMIT, (positive_count("tasks", count), 1))
         return torch.tensor(drawn, dtype=torch.float32)
 
-    def check_tasks(self, tasks: torch.Tensor) -> torch.Tensor:
+    def check_tasks(self, tasks: Tensor) -> Tasks:
         """Return drifts (task, 1) unless one is larger than 0.8 rad/s."""
         shaped("TwoWheeledDrift drifts", tasks, ("task", 1))
         wrong = tasks[:, 0].abs() > DRIFT_LIMIT + 1e-6
@@ -203,12 +284,12 @@ class TwoWheeledDrift(_Wheeled):
         drift = DRIFT_LIMIT * (TIME_STEP if self.drift_rule == "rate" else 1.0)
         return self.omega_limit * TIME_STEP + drift
 
-    def _turn(self, tasks: torch.Tensor, omega: torch.Tensor) -> torch.Tensor:
+    def _turn(self, tasks: Tasks, omega: PerEpisode) -> PerEpisode:
         drift = tasks[:, :1]  # (task, 1), broadcast over episodes
         if self.drift_rule == "literal":
             return drift + omega * TIME_STEP
         return (omega + drift) * TIME_STEP
 
-    def _goals(self, tasks: torch.Tensor) -> torch.Tensor:
+    def _goals(self, tasks: Tasks) -> Goals:
         goal = torch.tensor(DRIFT_GOAL, dtype=tasks.dtype, device=tasks.device)
         return goal.expand(len(tasks), 2)

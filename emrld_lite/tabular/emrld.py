@@ -1,7 +1,7 @@
 """Exact EMRLD on softmax tables: adaptation and meta-update with no estimator anywhere.
 
 Both are differentiated through the linear solves of ``mdp``. A policy is a table of preferences
-theta, (state, action), and pi = softmax(theta); one table a task is (task, state, action).
+theta, (state, action), and pi = softmax(theta); one table per task is (task, state, action).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from ..adapt import Adaptation, gradient_step
-from ..validation import known, positive_count, real_number
+from ..validation import InputError, check_choice, positive_count, real_number
 from .mdp import TabularMDP, expect_shape, numbers, stack
 from .theorem import (
     MetaStep,
@@ -47,8 +47,15 @@ class ExactMetaRL:
     the sampled surrogates, whose first derivative is the same and whose second is not."""
 
     def __post_init__(self) -> None:
-        known("inner_loss", self.inner_loss, INNER_LOSSES)
+        check_choice("inner_loss", self.inner_loss, INNER_LOSSES)
         checked_policies("demo", self.demo, stack(self.mdps))
+        for option in ("second_order", "bc_reduction"):
+            chosen, usual = getattr(self.adaptation, option), getattr(Adaptation, option)
+            if chosen != usual:
+                raise InputError(
+                    f"adaptation.{option}: expected {usual!r}, since exact losses are expectations "
+                    f"and first_order_gradient is there for the other; got {chosen!r}"
+                )
         step = MetaStep.of(self.mdps, self.task_weights, self.demo, self.demo, self.demo)
         object.__setattr__(self, "_solved", step)
 
@@ -84,8 +91,8 @@ class ExactMetaRL:
             return total
 
         if chosen.warm_start:
-            params = gradient_step(cloning, params, chosen.adapt_lr, keep_graph)
-        return gradient_step(both, params, chosen.adapt_lr, keep_graph)["theta"]
+            params = gradient_step(cloning, params, chosen.adapt_lr, keep_graph, second_order=True)
+        return gradient_step(both, params, chosen.adapt_lr, keep_graph, second_order=True)["theta"]
 
     def meta_objective(self, theta: Tensor, keep_graph: bool = False) -> Tensor:
         """Return J_meta(theta) = E_{i ~ p} J_i(pi_{theta_i}). Section 3."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import torch
 from torch import Tensor
 
-from ..validation import InputError, known, positive_count, real_number
+from ..validation import InputError, check_choice, positive_count, real_number
 from .mdp import TabularMDP
 
 Family = tuple[list[TabularMDP], Tensor, list[Tensor], list[Tensor], list[Tensor]]
@@ -37,7 +37,7 @@ def random_family(
         return torch.rand(*shape, generator=random, dtype=torch.float64)
 
     def logits(*shape: int) -> Tensor:
-        """Return normal numbers times a random sharpness a family, 0.1 to 30."""
+        """Return normal numbers times a random sharpness per family, 0.1 to 30."""
         sharpness = 10 ** (uniform(families) * 2.5 - 1)
         normal = torch.randn(families, *shape, generator=random, dtype=torch.float64)
         return normal * sharpness.reshape(-1, *[1] * len(shape))
@@ -102,7 +102,7 @@ def gridworld(
     positive_count("rows", rows)
     positive_count("columns", columns)
     real_number("discount", discount, minimum=0.0, maximum=1.0)
-    known("at_goal", at_goal, ("restart", "absorb"))
+    check_choice("at_goal", at_goal, ("restart", "absorb"))
     for name, cell in [("start", start), *((f"goals[{i}]", g) for i, g in enumerate(goals))]:
         row, column = cell
         if not (0 <= row < rows and 0 <= column < columns):

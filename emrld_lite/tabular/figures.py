@@ -45,7 +45,7 @@ def everything(family: Family) -> dict[str, Tensor]:
 
 
 def visits(family: Family, axes: Sequence[Axes]) -> None:
-    """Draw d of the old, new and demonstrating policy over the states, one axes a task."""
+    """Draw d of the old, new and demonstrating policy over the states, one pair of axes per task."""
     mdps, _, old, new, demo = family
     hatches = {"old": "", "new": "//", "demonstrator": ".."}
     shades = ("#DDDDDD", "#9BC7E4", "#555555")
@@ -118,7 +118,7 @@ def along(
     for name, curve in curves.items():
         spacing = max(1, len(values) // 8)
         axes.plot(values, curve, label=LABELS[name], markevery=spacing, **LOOKS[name])
-    axes.set_ylabel("return a step" if per_step else "return")
+    axes.set_ylabel("return per step" if per_step else "return")
     return curves
 
 
@@ -148,7 +148,7 @@ def exact_training(
     value: Callable[[ExactIterate], float],
     axes: Axes,
 ) -> None:
-    """Draw one number of every iterate over meta-iterations, one curve a run."""
+    """Draw one number of every iterate over meta-iterations, one curve per run."""
     for name, iterates in runs.items():
         curve = [float(value(iterate)) for iterate in iterates]
         spacing = max(1, len(curve) // 8)

@@ -148,7 +148,7 @@ def stack(mdps: Sequence[TabularMDP]) -> TabularMDP:
     """
     mdps = list(mdps)
     if not mdps or not all(isinstance(mdp, TabularMDP) for mdp in mdps):
-        raise InputError(f"mdps: expected a list of TabularMDP, one a task, got {mdps!r:.80}")
+        raise InputError(f"mdps: expected a list of TabularMDP, one per task, got {mdps!r:.80}")
     for task, mdp in enumerate(mdps):
         expect_shape(f"mdps[{task}].transition", mdp.transition, mdps[0].transition.shape)
         if not torch.equal(mdp.discount.expand_as(mdps[0].discount), mdps[0].discount):

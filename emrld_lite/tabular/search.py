@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from ..validation import known, positive_count, real_number
+from ..validation import check_choice, positive_count, real_number
 from .families import Family
 from .mdp import TabularMDP
 from .theorem import MetaStep, as_dict, related_of, theorem_of
@@ -49,7 +49,7 @@ def hunt(
     visits are differentiated through the linear solves. ``bound`` is a field of Theorem1 or
     RelatedBounds. Raises InputError for what cannot be used.
     """
-    known("bound", bound, BOUNDS)
+    check_choice("bound", bound, BOUNDS)
     real_number("discount", discount, minimum=0.0, maximum=1.0)
     for name, count in (("families", families), ("states", states), ("actions", actions)):
         positive_count(name, count)

@@ -49,7 +49,7 @@ class MetaStep:
         new: Policies,
         demo: Policies,
     ) -> MetaStep:
-        """Solve the family for three policies a task; raises InputError that names the argument."""
+        """Solve the family for three policies per task; raises InputError that names the argument."""
         tasks = stack(mdps)
         weights = _task_weights(task_weights, tasks)
         policies = [
@@ -82,17 +82,17 @@ def _task_weights(task_weights: Tensor, tasks: TabularMDP) -> Tensor:
     batch = tuple(tasks.reward.shape[:-2])  # (task, ...)
     if weights.dim() == 0 or tuple(weights.shape) not in (batch[:1], batch):
         raise InputError(
-            f"task_weights: expected shape {batch[:1]}, one a task, got {tuple(weights.shape)}"
+            f"task_weights: expected shape {batch[:1]}, one per task, got {tuple(weights.shape)}"
         )
     weights = distributions("task_weights", weights.movedim(0, -1)).movedim(-1, 0)
     return weights.reshape(weights.shape + (1,) * (len(batch) - weights.dim()))
 
 
 def checked_policies(name: str, given: Policies, tasks: TabularMDP) -> Tensor:
-    """Return one policy a task as (task, ..., state, action); raises InputError under ``name``."""
+    """Return one policy per task as (task, ..., state, action); raises InputError under ``name``."""
     given, shape = list(given), tuple(tasks.reward.shape)
     if len(given) != shape[0]:
-        raise InputError(f"{name}: expected {shape[0]} policies, one a task, got {len(given)}")
+        raise InputError(f"{name}: expected {shape[0]} policies, one per task, got {len(given)}")
     checked = []
     for task, policy in enumerate(given):
         policy = numbers(f"{name}[{task}]", policy)
@@ -111,7 +111,7 @@ def total_variation(one: Tensor, other: Tensor) -> Tensor:
 
 @dataclass(frozen=True, eq=False)
 class Theorem1:
-    """Every part of Theorem 1; all are (...), one number a family.
+    """Every part of Theorem 1; all are (...), one number per family.
 
     ``improvement >= bound_average_delta >= bound_group_2 >= bound`` always holds.
     """
@@ -147,9 +147,9 @@ def theorem_1(
 ) -> Theorem1:
     """Evaluate Theorem 1 exactly; raises InputError that names the argument.
 
-    ``mdps``: one a task, of one shape and discount, each possibly a batch (...) of families.
+    ``mdps``: one per task, of one shape and discount, each possibly a batch (...) of families.
     ``task_weights`` p(i): (task,) or (task, ...). ``old``, ``new``, ``demo``: one policy
-    (..., state, action) a task. Section 3, Theorem 1.
+    (..., state, action) per task. Section 3, Theorem 1.
     """
     return theorem_of(MetaStep.of(mdps, task_weights, old, new, demo))
 

@@ -6,7 +6,7 @@ C = 0.5 * math.log(2 * math.pi)
 
 
 def no_sum(mean, log_sigma, actions):
-    """one number an action dimension"""
+    """one number per action dimension"""
     return -0.5 * ((actions - mean) / log_sigma.exp()) ** 2 - log_sigma - C
 
 

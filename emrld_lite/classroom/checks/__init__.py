@@ -1,4 +1,4 @@
-"""Checks of the exercises, one module a notebook: ``check.<exercise>(student_function)``."""
+"""Checks of the exercises, one module per notebook: ``check.<exercise>(student_function)``."""
 
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
 from .notebook_02 import episodes_needed, point_step, wheeled_step

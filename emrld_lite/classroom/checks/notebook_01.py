@@ -17,10 +17,10 @@ def log_density(student: Student) -> None:
     got = student(mean, log_sigma, actions)
     if isinstance(got, torch.Tensor) and got.shape == (5, 3):
         raise Wrong(
-            "you return one number an action dimension. The dimensions are independent, so the "
+            "you return one number per action dimension. The dimensions are independent, so the "
             "joint log-density is their sum over the last axis."
         )
-    got = as_tensor(got, (5,), "one log-density a sample")
+    got = as_tensor(got, (5,), "one log-density per sample")
     squared = ((actions - mean) / log_sigma.exp()) ** 2
     constant = 0.5 * math.log(2 * math.pi)
     each = -0.5 * squared - log_sigma - constant
@@ -44,7 +44,7 @@ def discounted_returns(student: Student) -> None:
     """Check G_t of ragged episodes: f(rewards (episode, time), discount) -> (episode, time)."""
     rewards, discount = draws(2)(4, 7), 0.9
     kept = rewards.clone()
-    got = as_tensor(student(rewards, discount), (4, 7), "one return a step")
+    got = as_tensor(student(rewards, discount), (4, 7), "one return per step")
     if not torch.equal(rewards, kept):
         raise Wrong("your function changed the rewards it was given. Write into a new tensor.")
     powers = discount ** torch.arange(7, dtype=torch.float64)
@@ -96,7 +96,9 @@ def advantages(student: Student) -> None:
     normal = draws(4)
     rewards, values = normal(3, 6), normal(3, 6)
     discount, gae_lambda = 0.9, 0.7
-    got = as_tensor(student(rewards, values, discount, gae_lambda), (3, 6), "one advantage a step")
+    got = as_tensor(
+        student(rewards, values, discount, gae_lambda), (3, 6), "one advantage per step"
+    )
     following = torch.cat([values[:, 1:], torch.zeros(3, 1, dtype=torch.float64)], dim=1)
 
     def summed(residuals: torch.Tensor, rate: float) -> torch.Tensor:

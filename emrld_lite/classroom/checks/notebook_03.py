@@ -39,7 +39,7 @@ def steps_before_reward(student: Student) -> None:
         ],
         dtype=torch.float64,
     )
-    got = as_tensor(student(distance.clone(), 0.2), (5,), "one number of steps a task")
+    got = as_tensor(student(distance.clone(), 0.2), (5,), "one number of steps per task")
     expected = torch.tensor([3, 1, 0, 5, 2], dtype=torch.float64)
     if close(got, expected):
         return
@@ -65,7 +65,7 @@ def nearest_distance(student: Student) -> None:
     got = student(states, data)
     if isinstance(got, torch.Tensor) and got.shape == (6, 4):
         raise Wrong("these are the distances to every data point; keep the smallest of each row.")
-    got = as_tensor(got, (6,), "one distance a state")
+    got = as_tensor(got, (6,), "one distance per state")
     every = torch.stack([(states - point).square().sum(-1) for point in data], dim=1)  # (n, m)
     if close(got, every.min(1).values.sqrt()):
         return

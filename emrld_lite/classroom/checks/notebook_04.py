@@ -28,7 +28,7 @@ def visitation(student: Student) -> None:
     """Check d: f(transition, initial, policy, discount) -> (state,)."""
     transition, initial, policy, _ = _world()
     discount = 0.8
-    got = as_tensor(student(transition, initial, policy, discount), (4,), "one share a state")
+    got = as_tensor(student(transition, initial, policy, discount), (4,), "one share per state")
     step = torch.zeros(4, 4, dtype=torch.float64)  # (state, next state)
     for action in range(3):
         step += policy[:, action, None] * transition[:, action]

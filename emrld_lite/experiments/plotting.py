@@ -1,4 +1,4 @@
-"""The house style and every figure, one function a figure; colour is never the only sign."""
+"""The house style, and what a figure is put together from; colour is never the only sign."""
 
 from __future__ import annotations
 
@@ -10,20 +10,15 @@ import numpy as np
 import torch
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.patches import Circle
 
-from .algorithms import ALGORITHMS
-from .demonstrations import Demonstrations
-from .envs import Environment
-from .envs.drawing import GOAL_COLOUR, round_goal
-from .envs.point2d import NEAR
-from .envs.two_wheeled import DRIFT_GOAL
-from .envs.two_wheeled import NEAR as WHEELED_NEAR
+from ..algorithms import ALGORITHMS
+from ..demonstrations import Demonstrations
+from ..envs import Environment, make
+from ..rollout import Rollout
+from ..train import Record
 from .intervals import Interval
-from .rollout import Rollout
-from .train import Record
 
-# Okabe and Ito's colour-blind safe palette; one colour, line and marker an algorithm everywhere
+# Okabe and Ito's colour-blind safe palette; one colour, line and marker per algorithm everywhere
 LOOKS = {
     "emrld": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
     "emrld-ws": {"color": "#D55E00", "linestyle": "--", "marker": "s"},
@@ -64,7 +59,7 @@ def label(algorithm: str) -> str:
 def learning_curves(curves: Mapping[str, Sequence[Sequence[Record]]], axes: Axes) -> None:
     """Draw the mean return after adaptation over seeds, with the band from lowest to highest seed.
 
-    ``curves`` maps an algorithm to one sequence of records a seed. Fig. 3 and 4, top row.
+    ``curves`` maps an algorithm to one sequence of records per seed. Fig. 3 and 4, top row.
     """
     looks = {label(name): LOOKS[name] for name in curves}
     banded_curves({label(name): seeds for name, seeds in curves.items()}, looks, axes)
@@ -110,7 +105,7 @@ def shades(algorithm: str, count: int) -> list[dict[str, Any]]:
 
 
 def forest(rows: Mapping[str, tuple[Interval, Sequence[float]]], axes: Axes) -> None:
-    """Draw an interval and its seeds a row, the first row's as a reference across the others."""
+    """Draw an interval and its seeds per row, the first row's as a reference across the others."""
     reference = next(iter(rows.values()))[0]
     axes.axvspan(reference.low, reference.high, color="#999999", alpha=0.2, linewidth=0)
     for height, (interval, seeds) in enumerate(rows.values()):
@@ -124,7 +119,7 @@ def forest(rows: Mapping[str, tuple[Interval, Sequence[float]]], axes: Axes) -> 
 
 
 def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes) -> None:
-    """Draw mean returns on unseen tasks over adaptation steps, one sequence of returns a seed.
+    """Draw mean returns on unseen tasks over adaptation steps, one sequence of returns per seed.
 
     Bands reach from the lowest to the highest seed. Fig. 3 and 4, bottom row.
     """
@@ -139,20 +134,6 @@ def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes
     axes.set_ylabel("mean return, unseen tasks")
     axes.set_xticks(range(returns.shape[1]))
     axes.legend(loc="best")
-
-
-def arena(axes: Axes, goals: torch.Tensor) -> None:
-    """Draw Point2D's start, and each goal (task, 2) with its reward region."""
-    angles = np.linspace(0, np.pi, 100)
-    axes.plot(2 * np.cos(angles), 2 * np.sin(angles), color="grey", linewidth=0.6, zorder=0)
-    for x, y in goals.tolist():
-        round_goal(axes, [x, y], NEAR)
-    axes.plot(0, 0, marker="x", color="black", markersize=7, linestyle="none")
-    axes.set_aspect("equal")
-    axes.set_xlim(-2.6, 2.6)
-    axes.set_ylim(-1.1, 2.6)
-    axes.set_xlabel("x (length units)")
-    axes.set_ylabel("y (length units)")
 
 
 def trajectories(
@@ -178,7 +159,7 @@ def reward_landscape(environment: Environment, task: torch.Tensor, axes: Axes) -
     y, x = torch.meshgrid(side, side, indexing="ij")
     states = torch.zeros(1, side.numel() ** 2, environment.state_dim)
     states[0, :, 0], states[0, :, 1] = x.flatten(), y.flatten()
-    still = torch.tensor([0.0, 0.0] if environment.state_dim == 2 else [-1.0, 0.0])
+    still = torch.tensor(environment.idle_action)
     moved = environment.step(task[None], states, still.expand(*states.shape[:2], 2), time=0)
     levels = [-0.01, 0.001, 0.5, 0.7, 0.9, 1.1, 100]
     shades = ("#FFFFFF", "#FDF1DC", "#F8D9A0", "#F3C164", "#E69F00", "#7A5C00")
@@ -191,39 +172,10 @@ def reward_landscape(environment: Environment, task: torch.Tensor, axes: Axes) -
 
 
 def all_demonstrations(data: Demonstrations, axes: Axes) -> None:
-    """Draw every demonstration of an environment: ways over the plane, or the cheetah's x over time.
-
-    Fig. 2, for every environment.
-    """
-    for task in range(len(data.tasks)):
-        states = data.states[task, 0, : int(data.lengths()[task])]
-        look = {"color": DEMONSTRATION_COLOUR, "linewidth": 1.0}
-        if data.environment == "half_cheetah":
-            axes.plot(0.05 * np.arange(len(states)), states[:, 17], **look)
-        else:
-            axes.plot(states[:, 0], states[:, 1], **look)
-            axes.plot(*states[-1, :2].tolist(), marker="o", markersize=3, color="black")
-    if data.environment == "half_cheetah":
-        for edge in (-2, 2):
-            axes.axhline(edge, color=GOAL_COLOUR, linewidth=2)
-        axes.set(xlabel="time (s)", ylabel="x of the torso (m)")
-        return
-    goals = data.tasks if data.tasks.shape[1] == 2 else torch.tensor([DRIFT_GOAL])
-    goal_discs(axes, goals, NEAR if data.environment == "point2d" else WHEELED_NEAR)
-
-
-def wheeled_arena(axes: Axes, goals: torch.Tensor) -> None:
-    """Draw TwoWheeled's start, and each goal (task, 2) with its reward region."""
-    goal_discs(axes, goals, WHEELED_NEAR, alpha=0.08)
-    axes.plot(0, 0, marker="x", color="black", markersize=6)
-    axes.set_ylabel("")
-
-
-def goal_discs(axes: Axes, goals: torch.Tensor, radius: float, alpha: float = 0.2) -> None:
-    """Draw goals (task, 2) as stars in the discs that pay, on an arena of equal axes."""
-    for goal in goals.tolist():
-        axes.add_patch(Circle(goal, radius, color=GOAL_COLOUR, alpha=alpha, linewidth=0, zorder=0))
-        axes.plot(*goal, marker="*", color="black", markersize=5, linestyle="none")
-    axes.set_aspect("equal")
-    axes.set(xlim=(-2.6, 2.6), ylim=(-1.0, 2.6), xlabel="x (length units)")
-    axes.set_ylabel("y (length units)")
+    """Draw every demonstration on the axes of its environment. Fig. 2, for every environment."""
+    environment = make(data.environment)
+    environment.draw_tasks(axes, data.tasks)
+    for states, length in zip(data.states[:, 0], data.lengths(), strict=True):
+        track = environment.track(states[:length])
+        axes.plot(*track, color=DEMONSTRATION_COLOUR, linewidth=1.0)
+        axes.plot(*track[:, -1], marker="o", markersize=3, color="black")

@@ -1,13 +1,13 @@
-"""Behaviour cloning alone: one policy a task, fitted to one demonstration each, no reward anywhere."""
+"""Behaviour cloning alone: one policy per task, fitted to one demonstration each, no reward anywhere."""
 
 from __future__ import annotations
 
 import torch
 
-from .demonstrations import Demonstrations
-from .losses import bc_loss
-from .policy import Params, detach, initialise, per_task
-from .validation import positive_count, real_number
+from ..demonstrations import Demonstrations
+from ..losses import bc_loss
+from ..policy import Params, detach, initialise, per_task
+from ..validation import positive_count, real_number
 
 
 def clone(

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..validation import check_choice
 from .results import seeds_of
-from .validation import known
 
 WEIGHTS = (0.2, 0.4, 0.6, 0.8, 1.0)
 SENSITIVITY_END = 100  # iterations of every run in the sensitivity study
@@ -29,12 +29,12 @@ SWITCHES = {
 
 def sensitivity_runs(folder: Path, algorithm: str, varied: str) -> dict[float, list[Path]]:
     """Return the runs of one panel of Fig. 7 by the weight ``varied``, w_rl or w_bc; the other is 1."""
-    known("varied weight", varied, ("w_rl", "w_bc"))
+    check_choice("varied weight", varied, ("w_rl", "w_bc"))
     found = {}
     for value in WEIGHTS:
         w_rl, w_bc = (value, 1.0) if varied == "w_rl" else (1.0, value)
         name = f"sensitivity-{algorithm}-w_rl{w_rl}-w_bc{w_bc}"
-        if (w_rl, w_bc) == (0.2, 1.0):  # Table 2's own setting
+        if (w_rl, w_bc) == (0.2, 1.0):  # Table 1's own setting
             name = f"point2d-optimal-{algorithm}"
         if seeds := seeds_of(folder, name):
             found[value] = seeds
@@ -47,7 +47,7 @@ def ablation_runs(folder: Path, quality: str) -> dict[str, list[Path]]:
     With sub-optimal data w_rl is 1, so EMRLD without cloning is MAML.
     """
     without_cloning = {"optimal": "ablation-optimal-w_bc0.0", "suboptimal": "point2d-optimal-maml"}
-    known("data", quality, without_cloning)
+    check_choice("data", quality, without_cloning)
     names = {
         "EMRLD": f"point2d-{quality}-emrld",
         "w_bc = 0": without_cloning[quality],

@@ -1,4 +1,4 @@
-"""The paper's figures, one function a figure, from the stored demonstrations and runs."""
+"""The paper's figures, one function per figure, from the stored demonstrations and runs."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import torch
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from . import plots
-from .demonstrations import find
-from .envs.two_wheeled import DRIFT_GOAL
-from .evaluate import evaluate_run, unseen_demonstrations
+from ..demonstrations import load_demonstrations
+from ..demonstrators.recipes import unseen_demonstrations
+from ..envs import make
+from ..storage import write_atomically
+from . import plotting
+from .evaluation import evaluate_run
 from .intervals import bootstrap_interval
 from .results import STEPS_SHOWN, TITLES, returns_by_step, run_scores, stored_seeds
-from .runs import load_run
-from .storage import write_atomically
+from .runs import load_curve, load_run
 from .studies import (
     SENSITIVITY_END,
     STUDY_END,
@@ -35,7 +35,7 @@ ROBOT_DRIFT = -0.65  # rad/s, which the paper sets on its robot (appendix B)
 
 def draw(folder: Path, out: Path) -> list[Path]:
     """Draw every figure from the runs in ``folder`` and write it to ``out`` as PNG and SVG."""
-    plots.use_style()
+    plotting.use_style()
     drawn = {
         "fig-2-demonstrations": demonstrations(),
         "fig-3-optimal": results(folder, "optimal"),
@@ -57,17 +57,17 @@ def draw(folder: Path, out: Path) -> list[Path]:
 
 
 def demonstrations() -> Figure:
-    """Draw every demonstration: optimal above, sub-optimal below, a column an environment. Fig. 2."""
+    """Draw every demonstration: optimal above, sub-optimal below, a column per environment. Fig. 2."""
     figure, panels = plt.subplots(2, len(TITLES), figsize=(10.5, 5.2))
     for row, quality in zip(panels, STEPS_SHOWN, strict=True):
         for axes, (env, title) in zip(row, TITLES.items(), strict=True):
-            plots.all_demonstrations(find(quality, env), axes)
+            plotting.all_demonstrations(load_demonstrations(quality, env), axes)
             axes.set_title(f"{title}, {quality}")
     return figure
 
 
 def results(folder: Path, quality: str) -> Figure:
-    """Draw training (top) and adaptation to unseen tasks (bottom), a column an environment.
+    """Draw training (top) and adaptation to unseen tasks (bottom), a column per environment.
 
     Fig. 3 for ``quality`` optimal, Fig. 4 for suboptimal; lines are means over the stored seeds,
     bands reach from the lowest to the highest.
@@ -87,10 +87,12 @@ def _training_and_adaptation(stored: Mapping[str, Sequence[Path]], top: Axes, bo
     if not stored:
         _none_stored(top)
         return
-    curves = {name: [load_run(run).curve for run in seeds] for name, seeds in stored.items()}
-    plots.learning_curves(curves, top)
+    curves = {
+        name: [load_curve(run / "curve.csv") for run in seeds] for name, seeds in stored.items()
+    }
+    plotting.learning_curves(curves, top)
     unseen = {name: [returns_by_step(run) for run in seeds] for name, seeds in stored.items()}
-    plots.adaptation_steps(unseen, bottom)
+    plotting.adaptation_steps(unseen, bottom)
 
 
 def _none_stored(axes: Axes) -> None:
@@ -105,31 +107,31 @@ def _one_legend(figure: Figure, panels: Sequence[Axes]) -> None:
         named |= dict(zip(labels, lines, strict=True))
         if axes.get_legend():
             axes.get_legend().remove()
-    names = [plots.label(name) for name in plots.LOOKS if plots.label(name) in named]
+    names = [plotting.label(name) for name in plotting.LOOKS if plotting.label(name) in named]
     figure.legend([named[name] for name in names], names, loc="outside upper center", ncols=5)
 
 
 def trajectories(folder: Path, seed: int = 0) -> Figure:
-    """Draw adapted TwoWheeled policies on 20 random goals, a column an algorithm. Fig. 5.
+    """Draw adapted TwoWheeled policies on 20 random goals, a column per algorithm. Fig. 5.
 
     Top: after one adaptation step on optimal data; bottom: after three on sub-optimal data. One
-    episode a goal, of the run with ``seed``; the goals are those of ``evaluate --seed 0``.
+    episode per goal, of the run with ``seed``; the goals are those of ``evaluate --seed 0``.
     """
-    names = list(plots.LOOKS)
+    names = list(plotting.LOOKS)
     figure, panels = plt.subplots(2, len(names), figsize=(12, 4.6), squeeze=False)
     for row, (quality, steps) in zip(panels, STEPS_SHOWN.items(), strict=True):
         data = unseen_demonstrations("two_wheeled", quality, GOALS_SHOWN)
         stored = stored_seeds(folder, "two_wheeled", quality)
         for axes, name in zip(row, names, strict=True):
-            plots.wheeled_arena(axes, data.tasks)
-            axes.set_title(plots.label(name) if quality == "optimal" else "")
-            axes.set_xlabel("" if quality == "optimal" else "x (length units)")
+            make("two_wheeled").draw_tasks(axes, data.tasks)
+            axes.set_title(plotting.label(name) if quality == "optimal" else "")
+            axes.set(ylabel="", **({"xlabel": ""} if quality == "optimal" else {}))
             runs = [run for run in stored.get(name, []) if run.name.endswith(f"-seed{seed}")]
             if runs:
                 rollout = evaluate_run(load_run(runs[0]), data, steps).rollouts[-1]
                 for task in range(GOALS_SHOWN):
-                    colour = plots.LOOKS[name]["color"]
-                    plots.trajectories(rollout, axes, task, 1, color=colour, alpha=0.9)
+                    colour = plotting.LOOKS[name]["color"]
+                    plotting.trajectories(rollout, axes, task, 1, color=colour, alpha=0.9)
             else:
                 axes.text(0.5, 0.1, "no stored run", transform=axes.transAxes, ha="center")
         row[0].set_ylabel(f"{quality} data,\n{steps} step{'s' * (steps > 1)}\ny (length units)")
@@ -147,13 +149,13 @@ def drift(folder: Path, seed: int = 0) -> Figure:
     _training_and_adaptation(stored, left, middle)
     unseen = unseen_demonstrations(DRIFT, "optimal", GOALS_SHOWN)
     shown_task = int((unseen.tasks - ROBOT_DRIFT).abs().argmin())
-    plots.wheeled_arena(right, torch.tensor([DRIFT_GOAL]))
+    make(DRIFT).draw_tasks(right, unseen.tasks)
     for name, runs in stored.items():
         shown = [run for run in runs if run.name.endswith(f"-seed{seed}")]
         for run in shown:
             rollout = evaluate_run(load_run(run), unseen, 1).rollouts[-1]
-            look = {key: plots.LOOKS[name][key] for key in ("color", "linestyle")}
-            plots.trajectories(rollout, right, shown_task, 3, linewidth=1.4, **look)
+            look = {key: plotting.LOOKS[name][key] for key in ("color", "linestyle")}
+            plotting.trajectories(rollout, right, shown_task, 3, linewidth=1.4, **look)
     right.set(xlim=(-0.6, 2.6), ylim=(-1.0, 1.8))
     right.set_title(f"unseen drift of {float(unseen.tasks[shown_task]):+.2f} rad/s")
     _one_legend(figure, (left, middle))
@@ -168,9 +170,9 @@ def sensitivity(folder: Path) -> Figure:
             symbol, fixed = (f"$w_{{\\mathrm{{{part}}}}}$" for part in _pair(varied))
             stored = sensitivity_runs(folder, algorithm, varied)
             labels = {f"{symbol} = {value}": runs for value, runs in stored.items()}
-            looks = dict(zip(labels, plots.shades(algorithm, len(labels)), strict=True))
+            looks = dict(zip(labels, plotting.shades(algorithm, len(labels)), strict=True))
             _study(labels, looks, axes, SENSITIVITY_END)
-            axes.set_title(f"{plots.label(algorithm)}, {fixed} = 1")
+            axes.set_title(f"{plotting.label(algorithm)}, {fixed} = 1")
     for axes in panels[0]:
         axes.set_xlabel("")
     for axes in panels[:, 1]:
@@ -193,7 +195,7 @@ def ablation(folder: Path) -> Figure:
     }
     without = (("black", ":", "^"), ("#777777", "--", "D"))
     looks = [dict(zip(("color", "linestyle", "marker"), look, strict=True)) for look in without]
-    looks = dict(zip(labels.values(), [plots.LOOKS["emrld"], *looks], strict=True))
+    looks = dict(zip(labels.values(), [plotting.LOOKS["emrld"], *looks], strict=True))
     for axes, quality in zip(panels, STEPS_SHOWN, strict=True):
         stored = {labels[name]: runs for name, runs in ablation_runs(folder, quality).items()}
         _study(stored, looks, axes, STUDY_END)
@@ -212,14 +214,16 @@ def _study(
     if not stored:
         _none_stored(axes)
         return
-    curves = {name: [load_run(run).curve for run in runs] for name, runs in stored.items()}
-    plots.banded_curves(curves, looks, axes, end)
+    curves = {
+        name: [load_curve(run / "curve.csv") for run in runs] for name, runs in stored.items()
+    }
+    plotting.banded_curves(curves, looks, axes, end)
 
 
 def switches(folder: Path) -> Figure:
     """Draw what each switch of the ledger leaves of EMRLD-WS's return on unseen goals.
 
-    A row a switch, the control first; one that is stored with a single seed has no interval, and is
+    A row per switch, the control first; one that is stored with a single seed has no interval, and is
     left out.
     """
     figure, axes = plt.subplots(figsize=(7.2, 3.6))
@@ -229,6 +233,6 @@ def switches(folder: Path) -> Figure:
         return figure
     scores = {name: run_scores(runs, step=1) for name, runs in stored.items()}
     rows = {name: (bootstrap_interval([seeds]), seeds) for name, seeds in scores.items()}
-    plots.forest(rows, axes)
+    plotting.forest(rows, axes)
     axes.set_xlabel("return on unseen goals after one step")
     return figure

@@ -7,28 +7,30 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from . import demonstrations as demonstration_files
-from . import storage
-from .config import TrainConfig
+import torch
+
+from .. import storage
+from ..config import TrainConfig
+from ..demonstrations import load_demonstrations
+from ..learners import Trpo
+from ..policy import Params
+from ..train import Iterate, Record, meta_train
+from ..trpo import TrustRegion
+from ..validation import InputError, shaped
 from .machine import provenance
-from .policy import Params, initialise
-from .supervised_update import Moments
-from .train import Iterate, Record, meta_train
-from .trpo import TrustRegion
-from .validation import InputError, shaped
 
 CHECKPOINT_EVERY = 10  # iterations
-ADAM_PREFIXES = ("adam_mean.", "adam_square.")  # of Adam's tensors in policy.safetensors
-SHIPPED = Path(__file__).resolve().parent.parent / "data" / "runs"
+OLD_NAMES = {"adam_mean.": "adam.exp_avg.", "adam_square.": "adam.exp_avg_sq."}  # in older runs
+SHIPPED = storage.DATA / "runs"
 
 
 class Run(NamedTuple):
-    """A stored run: its configuration, one record an iteration, its last meta-policy, Adam's memory."""
+    """A stored run: its configuration, curve, last meta-policy, and what its learner remembers."""
 
     config: TrainConfig
     curve: tuple[Record, ...]
     meta_params: Params
-    moments: Moments | None = None
+    learner_state: Params
 
 
 def train_run(
@@ -48,78 +50,80 @@ def train_run(
     asked to resume, or one of another configuration.
     """
     out = Path(out)
-    demonstrations = demonstration_files.find(config.demos, config.env)
-    curve, meta_params, moments = _start(config, out, resume, command)
-    latest = Run(config, curve, meta_params, moments)
+    demonstrations = load_demonstrations(config.demos, config.env)
+    stored = latest = _start(config, out, resume, command)
     try:
-        for iterate in meta_train(config, demonstrations, meta_params, curve, device, moments):
-            curve_so_far = (*latest.curve, iterate.record)
-            latest = Run(config, curve_so_far, iterate.meta_params, iterate.moments)
+        for iterate in meta_train(
+            config,
+            demonstrations,
+            stored.meta_params,
+            stored.curve,
+            stored.learner_state,
+            device,
+        ):
+            curve = (*latest.curve, iterate.record)
+            latest = Run(config, curve, iterate.meta_params, iterate.learner_state)
             if (iterate.record.iteration + 1) % CHECKPOINT_EVERY == 0:
                 save_checkpoint(out, latest)
             on_iteration(iterate)
     finally:
-        if len(latest.curve) > len(curve):
+        if len(latest.curve) > len(stored.curve):
             save_checkpoint(out, latest)
     return latest
 
 
-def _start(
-    config: TrainConfig, out: Path, resume: bool, command: str | None
-) -> tuple[tuple[Record, ...], Params | None, Moments | None]:
-    """Prepare ``out``; returns the records, policy and moments to go on from, or nothing and None."""
+def _start(config: TrainConfig, out: Path, resume: bool, command: str | None) -> Run:
+    """Prepare ``out``; returns the run to go on from, one without a record if it is new."""
+    theta = config.initial_policy()
+    fresh = Run(config, (), theta, config.learner(theta).state())
     if not (out / "config.json").exists():
         if resume:
             raise InputError(f"{out}: nothing to resume: no config.json there")
         storage.write_json(out / "config.json", dataclasses.asdict(config))
         storage.write_json(out / "provenance.json", provenance(command))
-        return (), None, None
+        return fresh
     if not resume:
         raise InputError(f"{out}: already holds a run; choose another folder, or pass --resume")
     changed = differences(config, load_config(out))
     if changed := [name for name in changed if name not in ("iterations", "stop_at_return")]:
         raise InputError(f"{out}: cannot resume with other settings: {', '.join(changed)} differ")
     storage.write_json(out / "config.json", dataclasses.asdict(config))
-    if not (out / "policy.safetensors").exists():
-        return (), None, None
-    run = load_run(out)
-    return run.curve, run.meta_params, run.moments
+    return load_run(out) if (out / "policy.safetensors").exists() else fresh
 
 
 def save_checkpoint(out: Path, run: Run) -> None:
-    """Write the curve, then the policy with its iteration: what is on disk always fits together."""
+    """Write the curve, then the policy with its iteration: what is on disk always fits together.
+
+    The learner's memory is in the policy's file: the two always belong together.
+    """
     storage.write_csv(Path(out) / "curve.csv", Record._fields, [_cells(row) for row in run.curve])
     facts = {"iterations": str(len(run.curve)), "environment": run.config.env}
-    tensors = dict(run.meta_params)
-    if run.moments is not None:  # in the same file: policy and memory always belong together
-        facts["adam_step"] = str(run.moments.step)
-        for prefix, part in zip(ADAM_PREFIXES, (run.moments.mean, run.moments.square), strict=True):
-            tensors |= {prefix + name: value for name, value in part.items()}
+    tensors = {**run.meta_params, **run.learner_state}
     storage.write_tensors(Path(out) / "policy.safetensors", tensors, facts)
 
 
 def _cells(record: Record) -> list[str]:
-    """Return a record as text that gives back the same numbers."""
-    return [repr(value) if isinstance(value, float) else str(value) for value in record]
+    """Return a record as text that gives back the same numbers; None is an empty cell."""
+    cells = [repr(value) if isinstance(value, float) else str(value) for value in record]
+    return ["" if value is None else cell for value, cell in zip(record, cells, strict=True)]
 
 
 def load_run(folder: Path) -> Run:
     """Read a run; its curve ends with the iteration of its policy. Damage raises InputError."""
     folder = Path(folder)
     config = load_config(folder)
-    path = folder / "policy.safetensors"
-    tensors, facts = storage.read_tensors(path, "policy")
-    prefixes = ("", *ADAM_PREFIXES) if "adam_step" in facts else ("",)
-    _check_policy(path, config, tensors, prefixes)
-    meta_params, *memory = (_with_prefix(tensors, prefix) for prefix in prefixes)
-    moments = Moments(int(facts["adam_step"]), *memory) if memory else None
+    theta = config.initial_policy()
+    tensors, facts = _read_policy(
+        folder / "policy.safetensors", {**theta, **config.learner(theta).state()}
+    )
     curve = load_curve(folder / "curve.csv")
     iterations = int(facts.get("iterations", "0"))
     if len(curve) < iterations:
         raise InputError(
             f"{folder / 'curve.csv'}: expected at least {iterations} rows, got {len(curve)}"
         )
-    return Run(config, curve[:iterations], meta_params, moments)
+    meta_params = {name: tensors.pop(name) for name in theta}
+    return Run(config, curve[:iterations], meta_params, tensors)
 
 
 def load_config(folder: Path) -> TrainConfig:
@@ -138,8 +142,9 @@ def load_config(folder: Path) -> TrainConfig:
 
 def load_curve(path: Path) -> tuple[Record, ...]:
     """Read curve.csv; a cell that is no number raises InputError with its line."""
-    rows = storage.read_csv(path, "learning curve", Record._fields)
+    rows = storage.read_csv(path, "learning curve", Record._fields, optional=("unmoved",))
     kinds = {"iteration": int, "env_steps": int, "backtracks": int, "note": str}
+    kinds["unmoved"] = lambda cell: int(cell) if cell else None
     records = []
     for line, row in enumerate(rows, start=2):
         try:
@@ -149,28 +154,22 @@ def load_curve(path: Path) -> tuple[Record, ...]:
     return tuple(records)
 
 
-def _with_prefix(tensors: Params, prefix: str) -> Params:
-    """Return the tensors whose names are a parameter's after ``prefix``, under the parameter's name."""
-    return {
-        name.removeprefix(prefix): value
-        for name, value in tensors.items()
-        if name.startswith(prefix) and "." not in name.removeprefix(prefix)
-    }
+def _read_policy(path: Path, expected: Params) -> tuple[Params, dict[str, str]]:
+    """Return the tensors of a policy's file, in the order of ``expected``, and its facts.
 
-
-def _check_policy(
-    path: Path, config: TrainConfig, tensors: Params, prefixes: tuple[str, ...]
-) -> None:
-    """Raise InputError unless ``tensors`` fit the run's environment, once for each prefix."""
-    environment = config.environment()
-    policy = initialise(
-        environment.state_dim, environment.action_dim, 0, learn_sigma=config.learn_sigma
-    )
-    expected = {prefix + name: value for prefix in prefixes for name, value in policy.items()}
+    Raises InputError unless they are finite and of the names and shapes of ``expected``.
+    """
+    tensors, facts = storage.read_tensors(path, "policy")
+    for old, new in OLD_NAMES.items():
+        tensors = {name.replace(old, new): value for name, value in tensors.items()}
+    if "adam_step" in facts:  # where older runs kept it
+        steps = torch.tensor(float(facts["adam_step"]))
+        tensors |= {name: steps for name in expected if name.startswith("adam.step.")}
     if set(tensors) != set(expected):
         raise InputError(f"{path}: expected tensors {sorted(expected)}, got {sorted(tensors)}")
     for name, value in expected.items():
         shaped(f"{path}: {name}", tensors[name], tuple(value.shape))
+    return {name: tensors[name] for name in expected}, facts
 
 
 def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
@@ -182,8 +181,8 @@ def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
 
     def as_it_acts(config: TrainConfig) -> TrainConfig:
         region = config.trust_region.for_actions(dim)
-        unused = config.row().meta_update == "bc"
-        return dataclasses.replace(config, trust_region=TrustRegion() if unused else region)
+        used = config.comparison_row().learner is Trpo
+        return dataclasses.replace(config, trust_region=region if used else TrustRegion())
 
     one, other = as_it_acts(one), as_it_acts(other)
     return [name for name in _names(one) if getattr(one, name) != getattr(other, name)]

@@ -1,31 +1,46 @@
-"""What a meta-iteration costs: seconds by part, steps a second, memory, growth with the tasks."""
+"""What a meta-iteration costs: seconds by part, steps per second, memory, growth with the tasks.
+
+Everything is measured from outside: whole iterations by the clock, their parts by Python's profiler in
+iterations of their own, because it slows the code a little.
+"""
 
 from __future__ import annotations
 
+import cProfile
+import pstats
 import statistics
 import sys
 import time
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 import torch
 
-from . import timing
-from .config import TrainConfig
-from .envs import ENVIRONMENTS, make
-from .envs.cheetah_body import cheetah_model
-from .envs.half_cheetah import FRAME_SKIP
-from .evaluate import unseen_demonstrations
-from .policy import initialise
-from .train import iteration_generator, meta_iteration
+from ..config import AlgorithmName, TrainConfig
+from ..demonstrations import load_demonstrations
+from ..demonstrators.recipes import unseen_demonstrations
+from ..envs import ENVIRONMENTS, make
+from ..envs.cheetah_body import cheetah_model
+from ..envs.half_cheetah import FRAME_SKIP
+from ..rollout import collect
+from ..train import Iterate, meta_train
+from ..trpo import conjugate_gradient, fisher_product, line_search
 
 try:
     import resource
 except ImportError:  # Windows has no such module
     resource = None
 
-PARTS = ("rollout", "adaptation and gradient", "Fisher and CG", "line search")
+PARTS: dict[str, tuple[Callable[..., Any], ...]] = {  # what counts to which part
+    "rollout": (collect,),
+    "Fisher and CG": (fisher_product, conjugate_gradient),
+    "line search": (line_search,),
+}
+REST = "adaptation and gradient"
 
 
 class Cost(NamedTuple):
@@ -41,40 +56,59 @@ class Cost(NamedTuple):
 
 
 def measure(tasks: int, iterations: int, seed: int = 0, env: str = "point2d") -> Cost:
-    """Time meta-iterations of EMRLD-WS from an untrained policy.
+    """Time the first meta-iterations of EMRLD-WS from an untrained policy.
 
     Its episodes run their full 100 steps; the dense reward makes every part of the update work.
     """
-    config = TrainConfig(env=env, algorithm="emrld-ws", seed=seed)
-    environment = make(env, reward="dense")
-    demonstrations = unseen_demonstrations(env, "optimal", tasks, seed)
-    start = initialise(environment.state_dim, environment.action_dim, seed)
-    whole, parts, steps = [], [], 0.0
-    for iteration in range(iterations + 1):
-        timing.seconds.clear()
-        began = time.perf_counter()
-        _, _, before, after, _ = meta_iteration(
-            start,
-            environment,
-            demonstrations,
-            config.adaptation("optimal"),
-            config,
-            iteration_generator(seed, iteration),
-        )
-        if iteration > 0:  # the first one warms up
-            whole.append(time.perf_counter() - began)
-            parts.append({part: timing.seconds[part] for part in PARTS})
-            steps = float(before.mask.sum() + after.mask.sum())
-    medians = {part: statistics.median(row[part] for row in parts) for part in PARTS}
+    config = TrainConfig(
+        env=env, algorithm="emrld-ws", seed=seed, reward="dense", iterations=2 * iterations + 1
+    )
+    loop = meta_train(config, unseen_demonstrations(env, "optimal", tasks, seed))
+    next(loop)  # the first one warms up
+    whole, iterates = zip(*(timed(loop) for _ in range(iterations)), strict=True)
+    parts = profiled(loop)
+    seconds = statistics.median(whole)
+    rollout = seconds * parts["rollout"]
     return Cost(
         tasks=tasks,
-        seconds=statistics.median(whole),
+        seconds=seconds,
         fastest=min(whole),
         slowest=max(whole),
-        parts=medians,
-        steps_per_second=steps / medians["rollout"],
+        parts={part: seconds * share for part, share in parts.items()},
+        steps_per_second=steps_of(iterates[-1]) / rollout,
         peak_megabytes=peak_megabytes(),
     )
+
+
+def timed(loop: Iterator[Iterate]) -> tuple[float, Iterate]:
+    """Return the seconds of the next iteration, and what it left behind."""
+    began = time.perf_counter()
+    iterate = next(loop)
+    if torch.cuda.is_initialized():
+        torch.cuda.synchronize()
+    return time.perf_counter() - began, iterate
+
+
+def steps_of(iterate: Iterate) -> float:
+    """Return the steps taken in an iteration."""
+    return float(iterate.before.mask.sum() + iterate.after.mask.sum())
+
+
+def profiled(loop: Iterator[Iterate]) -> dict[str, float]:
+    """Return the share of each part in the iterations that are left, by Python's profiler."""
+    with cProfile.Profile() as profiler:
+        began = time.perf_counter()
+        for _ in loop:
+            pass
+        whole = time.perf_counter() - began
+    spent = {place: row[3] for place, row in pstats.Stats(profiler).stats.items()}  # cumulative
+
+    def seconds(function: Callable[..., Any]) -> float:
+        code = getattr(function, "__wrapped__", function).__code__
+        return spent.get((code.co_filename, code.co_firstlineno, code.co_name), 0.0)
+
+    shares = {part: sum(map(seconds, functions)) / whole for part, functions in PARTS.items()}
+    return {**shares, REST: 1.0 - sum(shares.values())}
 
 
 def peak_megabytes() -> float | None:
@@ -87,9 +121,10 @@ def peak_megabytes() -> float | None:
 
 def report(iterations: int, tasks: tuple[int, ...]) -> None:
     """Print the costs of each environment at its training size, then Point2D's for numbers of tasks."""
-    print(f"EMRLD-WS, {torch.get_num_threads()} threads, {iterations} iterations a row; medians;")
-    print("20 episodes of 100 steps a task, before and again after adaptation\n")
-    heads = ("environment", "tasks", "seconds", "(range)", *PARTS, "steps/s", "peak MB", "s/task")
+    print(f"EMRLD-WS, {torch.get_num_threads()} threads, {iterations} iterations per row; medians;")
+    print("20 episodes of 100 steps per task, before and again after adaptation\n")
+    parts = (*PARTS, REST)
+    heads = ("environment", "tasks", "seconds", "(range)", *parts, "steps/s", "peak MB", "s/task")
     print("  ".join(f"{head:>{max(9, len(head))}}" for head in heads))
     sizes = [(env, len(make(env).training_tasks())) for env in ENVIRONMENTS]
     grown = [("point2d", count) for count in sorted(tasks)]
@@ -101,7 +136,7 @@ def report(iterations: int, tasks: tuple[int, ...]) -> None:
             str(count),
             f"{cost.seconds:.3f}",
             f"{cost.fastest:.2f}-{cost.slowest:.2f}",
-            *(f"{cost.parts[part]:.3f}" for part in PARTS),
+            *(f"{cost.parts[part]:.3f}" for part in parts),
             f"{cost.steps_per_second:.0f}",
             peak,
             f"{cost.seconds / count:.4f}",
@@ -112,8 +147,31 @@ def report(iterations: int, tasks: tuple[int, ...]) -> None:
         )
 
 
+def walk(algorithm: AlgorithmName = "emrld-ws") -> list[str]:
+    """Return the package's functions that one meta-iteration calls, in call order, with file and line."""
+    config = TrainConfig(algorithm=algorithm, iterations=2, episodes=2)
+    loop = meta_train(config, load_demonstrations(config.demos, config.env))
+    next(loop)
+    package = Path(__file__).resolve().parent.parent
+    met: dict[str, None] = {}  # in order, each once
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        code = frame.f_code
+        if event == "call" and package in Path(code.co_filename).parents:
+            place = f"{Path(code.co_filename).relative_to(package)}:{code.co_firstlineno}"
+            if not code.co_name.startswith("<"):
+                met[f"{code.co_qualname}  {place}"] = None
+
+    sys.setprofile(note)
+    try:
+        next(loop)
+    finally:
+        sys.setprofile(None)
+    return list(met)
+
+
 class SteppingRate(NamedTuple):
-    """Control steps a second of HalfCheetah: through our environment, and of bare ``mj_step``."""
+    """Control steps per second of HalfCheetah: through our environment, and of bare ``mj_step``."""
 
     ours: float
     bare: float

@@ -7,21 +7,32 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import torch
+from jaxtyping import Float, Int
+from torch import Tensor
 
-from . import storage
-from .demonstrations import Demonstrations, from_arrays
-from .envs import Environment, make
-from .expert import ExpertConfig, ExpertIterate, GoalConditioned, expert_config, train_expert
-from .policy import Params
-from .rollout import collect, episode_returns
-from .validation import InputError, lookup
+from .. import storage
+from ..demonstrations import Demonstrations, from_arrays
+from ..envs import Environment, make
+from ..policy import LOG_SIGMA_BOUNDS, Params
+from ..rollout import collect, episode_returns
+from ..validation import lookup, positive_count
+from .expert import (
+    ExpertConfig,
+    ExpertIterate,
+    GoalConditioned,
+    expert_config,
+    load_expert,
+    train_expert,
+)
 
-SHIPPED = Path(__file__).resolve().parent.parent / "data" / "experts"
+SHIPPED = storage.DATA / "experts"
+SMALLEST_SIGMA = math.exp(LOG_SIGMA_BOUNDS[0])  # stands for no noise
 
 
 @dataclass(frozen=True)
-class Quality:
+class Recipe:
     """What turns an expert's training into demonstrations of one quality (section 4.1)."""
 
     success_at_stop: float = math.inf
@@ -34,38 +45,38 @@ class Quality:
     """Trajectories end before they come closer than this to the region that pays; None keeps them whole."""
 
 
-RECIPES: dict[str, dict[str, Quality]] = {
+RECIPES: dict[str, dict[str, Recipe]] = {
     "point2d": {
-        "optimal": Quality(),
-        "suboptimal": Quality(success_at_stop=0.5, action_noise=0.1, short_of_reward=0.2),
+        "optimal": Recipe(),
+        "suboptimal": Recipe(success_at_stop=0.5, action_noise=0.1, short_of_reward=0.2),
     },
     "two_wheeled": {
-        "optimal": Quality(),
-        "suboptimal": Quality(
+        "optimal": Recipe(),
+        "suboptimal": Recipe(
             success_at_stop=0.5, action_noise=0.1, skipped_steps=8, short_of_reward=0.1
         ),
     },
     "two_wheeled_drift": {
-        "optimal": Quality(),
-        "suboptimal": Quality(
+        "optimal": Recipe(),
+        "suboptimal": Recipe(
             success_at_stop=0.7, action_noise=0.1, skipped_steps=8, short_of_reward=0.1
         ),
     },
     "half_cheetah": {
-        "optimal": Quality(),
-        "suboptimal": Quality(success_at_stop=0.9, action_noise=0.3, short_of_reward=0.5),
+        "optimal": Recipe(),
+        "suboptimal": Recipe(success_at_stop=0.9, action_noise=0.3, short_of_reward=0.5),
     },
 }
 
 
-def recipe(env: str, quality: str) -> Quality:
+def recipe_for(env: str, quality: str) -> Recipe:
     """Return what makes data of ``quality`` in ``env``; an unknown one raises InputError."""
     return lookup("quality", quality, lookup("environment", env, RECIPES))
 
 
 def train_to_quality(config: ExpertConfig, quality: str) -> Iterator[ExpertIterate]:
     """Yield the iterates of ``train_expert`` up to the one whose policy makes data of ``quality``."""
-    enough = recipe(config.env, quality).success_at_stop
+    enough = recipe_for(config.env, quality).success_at_stop
     for iterate in train_expert(config):
         yield iterate
         if iterate.success >= enough:
@@ -75,28 +86,29 @@ def train_to_quality(config: ExpertConfig, quality: str) -> Iterator[ExpertItera
 def demonstrate(
     params: Params,
     env: str,
-    tasks: torch.Tensor,
+    tasks: Float[Tensor, "task task_dim"],
     quality: str,
     seed: int,
-    chosen: Quality | None = None,
+    recipe: Recipe | None = None,
 ) -> Demonstrations:
-    """Return one demonstration a task, (task, task_dim), from a goal-conditioned policy.
+    """Return one demonstration per task from a goal-conditioned policy.
 
-    ``chosen`` replaces the recipe of ``quality``, for experiments. The maker of the data says what the
+    ``recipe`` replaces the recipe of ``quality``, for experiments. The maker of the data says what the
     policy reached on the sparse reward, before any cut.
     """
-    chosen = chosen or recipe(env, quality)
+    recipe = recipe or recipe_for(env, quality)
     family = make(env)
     family.check_tasks(tasks)
-    noisy = dict(params, log_sigma=torch.full((family.action_dim,), chosen.action_noise).log())
+    sigma = torch.full((family.action_dim,), recipe.action_noise).clamp_min(SMALLEST_SIGMA)
+    noisy = dict(params, log_sigma=sigma.log())
     rollout = collect(GoalConditioned(family), tasks, noisy, 1, torch.Generator().manual_seed(seed))
-    states = rollout.states[:, 0, :, : family.state_dim]  # (task, time, state)
-    first, lengths = _kept_steps(family, tasks, states, rollout.mask[:, 0], chosen)
+    states = rollout.states[:, 0, :, : family.state_dim]
+    first, lengths = _kept_steps(family, tasks, states, rollout.mask[:, 0], recipe)
     longest = int(lengths.max())
     reached = rollout.success.float().mean()
     returns = episode_returns(rollout).mean()
     maker = (
-        f"emrld_lite goal-conditioned TRPO, action noise {chosen.action_noise}, before any cut: "
+        f"emrld_lite goal-conditioned TRPO, action noise {recipe.action_noise}, before any cut: "
         f"success {reached:.2f}, mean sparse return {returns:.1f}"
     )
     return from_arrays(
@@ -113,17 +125,17 @@ def demonstrate(
 
 def _kept_steps(
     family: Environment,
-    tasks: torch.Tensor,
-    states: torch.Tensor,
-    mask: torch.Tensor,
-    chosen: Quality,
-) -> tuple[int, torch.Tensor]:
-    """Return the first step kept, and how many steps of each trajectory from there on, (task,)."""
-    end = mask.sum(-1).long()  # (task,)
-    if chosen.short_of_reward is not None:
-        far = family.distance_to_reward(tasks, states) > chosen.short_of_reward  # (task, time)
+    tasks: Float[Tensor, "task task_dim"],
+    states: Float[Tensor, "task time state"],
+    mask: Float[Tensor, "task time"],
+    recipe: Recipe,
+) -> tuple[int, Int[Tensor, " task"]]:
+    """Return the first step kept, and how many steps of each trajectory from there on."""
+    end = mask.sum(-1).long()
+    if recipe.short_of_reward is not None:
+        far = family.distance_to_reward(tasks, states) > recipe.short_of_reward
         end = torch.minimum(end, far.long().cumprod(-1).sum(-1))
-    first = max(0, min(chosen.skipped_steps, int(end.min()) - 1))
+    first = max(0, min(recipe.skipped_steps, int(end.min()) - 1))
     return first, end - first
 
 
@@ -132,26 +144,16 @@ def expert_path(env: str, quality: str) -> Path:
     return SHIPPED / f"{env}-{quality}.safetensors"
 
 
-def save_expert(path: Path, params: Params, config: ExpertConfig, quality: str) -> None:
-    """Write an expert's policy with its environment, quality and seed."""
-    facts = {"environment": config.env, "quality": quality, "seed": str(config.seed)}
-    storage.write_tensors(path, params, facts)
-
-
-def load_expert(path: Path, env: str, quality: str) -> Params:
-    """Read an expert's policy; one that is damaged or of another kind raises InputError."""
-    params, facts = storage.read_tensors(path, "expert")
-    for field_name, wanted in (("environment", env), ("quality", quality)):
-        if facts.get(field_name) != wanted:
-            raise InputError(
-                f"{path}: {field_name}: expected {wanted!r}, got {facts.get(field_name)!r}"
-            )
-    return params
-
-
 def load_or_train_expert(env: str, quality: str) -> Params:
     """Return the workbook's expert, or train it anew (a minute to ten) when its file is not there."""
     path = expert_path(env, quality)
     if path.exists():
         return load_expert(path, env, quality)
     return list(train_to_quality(expert_config(env), quality))[-1].params
+
+
+def unseen_demonstrations(env: str, quality: str, tasks: int, seed: int = 0) -> Demonstrations:
+    """Return ``tasks`` test tasks, drawn from ``seed``, each shown once by the workbook's expert."""
+    random = np.random.default_rng(positive_count("seed", seed, minimum=0))
+    unseen = make(env).test_tasks(tasks, random)
+    return demonstrate(load_or_train_expert(env, quality), env, unseen, quality, seed)

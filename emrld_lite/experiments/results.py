@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .algorithms import ALGORITHMS
-from .evaluate import EVALUATION_COLUMNS
-from .runs import load_run
-from .storage import read_csv
-from .validation import InputError
+from ..algorithms import ALGORITHMS
+from ..storage import read_csv
+from ..validation import InputError
+from .evaluation import EVALUATION_COLUMNS
+from .runs import load_curve
 
 TITLES = {
     "point2d": "Point2D",
@@ -19,9 +19,10 @@ TITLES = {
     "half_cheetah": "HalfCheetah",
 }
 STEPS_SHOWN = {"optimal": 1, "suboptimal": 3}  # adaptation steps after which Fig. 5 looks
-# mean return of the optimal demonstrators, uncut: data/paper_ledger.toml, row experts
+# mean return of the optimal demonstrators, uncut, as their files say
 EARNED = {"point2d": 80.9, "two_wheeled": 84.0, "half_cheetah": 237.0}
 LATE = 20  # iterations in each of the two windows that say whether a curve still rises
+FLAT = 0.05  # of the demonstrator's return: a curve that rises by less has ended its rise
 
 
 def seeds_of(folder: Path, name: str) -> list[Path]:
@@ -30,7 +31,7 @@ def seeds_of(folder: Path, name: str) -> list[Path]:
 
 
 def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:
-    """Return the run folders of each algorithm, one a seed, named like env-quality-algorithm-seed0.
+    """Return the run folders of each algorithm, one per seed, named like env-quality-algorithm-seed0.
 
     MAML reads no demonstrations, so its runs are stored once, under optimal.
     """
@@ -76,7 +77,7 @@ def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 
     """
     means = []
     for run in _some(runs):
-        returns = [row.return_after for row in load_run(run).curve][:end]
+        returns = [row.return_after for row in load_curve(run / "curve.csv")][:end]
         if len(returns) < max(window, end or 0):
             raise InputError(f"{run}: expected {end or window} iterations, got {len(returns)}")
         means.append(np.mean(returns[-window:]))
@@ -85,7 +86,7 @@ def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 
 
 def largest_fall(run: Path, window: int = 10) -> float:
     """Return how far the mean over ``window`` iterations falls below its best so far, as a share of it."""
-    returns = [row.return_after for row in load_run(run).curve]
+    returns = [row.return_after for row in load_curve(run / "curve.csv")]
     smooth = np.convolve(returns, np.ones(window) / window, "valid")
     return float((np.maximum.accumulate(smooth) - smooth).max() / smooth.max())
 
@@ -99,7 +100,7 @@ def _some(runs: Sequence[Path]) -> Sequence[Path]:
 
 def late_rise(run: Path, window: int = LATE) -> float:
     """Return by how much the last ``window`` iterations' mean return exceeds that of those before."""
-    returns = [row.return_after for row in load_run(run).curve]
+    returns = [row.return_after for row in load_curve(run / "curve.csv")]
     return float(np.mean(returns[-window:]) - np.mean(returns[-2 * window : -window]))
 
 

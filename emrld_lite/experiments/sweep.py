@@ -14,11 +14,11 @@ from distributed import Client, Future, LocalCluster
 from filelock import FileLock
 from tqdm import tqdm
 
+from ..config import TrainConfig
+from ..validation import InputError, positive_count
 from . import runs
-from .config import TrainConfig
-from .evaluate import evaluate_run, testing_demonstrations, write_evaluation
+from .evaluation import evaluate_run, testing_demonstrations, write_evaluation
 from .grid import command_of
-from .validation import InputError, positive_count
 
 POLL = 1.0  # seconds between two looks at the workers
 RETRIES = 2  # of a run that failed by an error; a lost worker's run is always taken up again
@@ -57,7 +57,7 @@ def make_run(config: TrainConfig, folder: str) -> str:
             command = command_of(config, f"data/runs/{place.name}")
             run = runs.train_run(config, grown, resume=begun, command=command)
             shown = testing_demonstrations(run)
-            write_evaluation(grown / "unseen.csv", shown, evaluate_run(run, shown, steps=3))
+            write_evaluation(grown / "unseen.csv", shown, evaluate_run(run, shown))
             os.replace(grown, place)
         Path(f"{grown}.lock").unlink(missing_ok=True)
     return place.name

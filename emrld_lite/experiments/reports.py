@@ -6,11 +6,11 @@ from pathlib import Path
 
 import torch
 
-from .demonstrations import find
-from .evaluate import AdaptationCurve
-from .rollout import Rollout, episode_returns
+from ..demonstrations import load_demonstrations
+from ..evaluate import AdaptationCurve
+from ..rollout import Rollout, episode_returns
+from ..train import Iterate
 from .runs import Run
-from .train import Iterate
 
 
 def print_run(out: Path, run: Run, last: Iterate | None) -> None:
@@ -18,7 +18,7 @@ def print_run(out: Path, run: Run, last: Iterate | None) -> None:
     if last is None:
         print(f"{out}: already complete, {len(run.curve)} iterations")
         return
-    goals = find(run.config.demos, run.config.env).tasks
+    goals = load_demonstrations(run.config.demos, run.config.env).tasks
     print(table("training tasks, last iteration", goals, last.before, last.after))
     record = run.curve[-1]
     idle = [row.note for row in run.curve if row.note]
@@ -29,15 +29,18 @@ def print_run(out: Path, run: Run, last: Iterate | None) -> None:
     )
     for note in sorted(set(idle)):
         print(f"  {idle.count(note)} x {note}")
+    if "log_sigma" in run.meta_params:
+        sigma = run.meta_params["log_sigma"].exp()
+        print(f"sigma {sigma.min():.2g} to {sigma.max():.2g} at the end, 1 at the beginning")
 
 
 def table(title: str, tasks: torch.Tensor, before: Rollout, after: Rollout) -> str:
-    """Return a text table, a row a task: return before and after adaptation, and success after."""
+    """Return a text table, a row per task: return before and after adaptation, and success after."""
     lines = [f"{title:>30} {'before':>9} {'after':>9} {'success':>9}"]
     returns = (episode_returns(before).mean(-1), episode_returns(after).mean(-1))
     success = after.success.float().mean(-1)
     for task in range(len(tasks)):
-        name = f"{task}  {words(tasks[task])}"
+        name = f"{task}  {task_label(tasks[task])}"
         lines.append(
             f"{name:>30} {returns[0][task]:9.1f} {returns[1][task]:9.1f} {success[task]:9.2f}"
         )
@@ -46,7 +49,7 @@ def table(title: str, tasks: torch.Tensor, before: Rollout, after: Rollout) -> s
     return "\n".join(lines)
 
 
-def words(task: torch.Tensor) -> str:
+def task_label(task: torch.Tensor) -> str:
     """Return a task's numbers as text."""
     return "(" + ", ".join(f"{value:.2f}" for value in task.tolist()) + ")"
 

@@ -8,21 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from pathlib import Path
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import torch
-from matplotlib.axes import Axes
+from jaxtyping import Float
+from torch import Tensor
 
-from .advantage import discounted_returns, generalised_advantage, normalise
-from .envs import ENVIRONMENTS, Environment, Transition, make
-from .losses import surrogate_loss, task_mean
-from .policy import Gaussian, Params, detach, distribution, initialise, kl_divergence
-from .rollout import Rollout, collect, episode_returns, pack, subsample
-from .trpo import TrustRegion, trpo_step
-from .validation import known, lookup, positive_count, real_number
+from .. import storage
+from ..advantage import discounted_returns, generalised_advantage, normalise
+from ..envs import ENVIRONMENTS, make
+from ..envs.base import Dynamics, Environment, Transition
+from ..policy import Params, detach, distribution, initialise
+from ..rollout import Rollout, collect, episode_returns, pack, subsample
+from ..trpo import TrustRegion, fisher_product, surrogate_and_kl, surrogate_gradient, trpo_step
+from ..validation import InputError, check_choice, lookup, positive_count, real_number
 
 HIDDEN = (128, 128)  # appendix C
+ExpertReward = Literal["dense", "sparse"]
 
 
 @dataclass(frozen=True)
@@ -31,8 +35,8 @@ class ExpertConfig:
 
     env: str = "point2d"
     """Environment it learns in."""
-    reward: str = "dense"
-    """Reward it learns from; "sparse" is there to be compared."""
+    reward: ExpertReward = "dense"
+    """Reward it learns from; sparse is there to be compared."""
     seed: int = 0
     """Seed of its start and of every draw."""
     iterations: int = 80
@@ -48,7 +52,7 @@ class ExpertConfig:
     value_rate: float = 1e-3
     """Adam's learning rate for the value network."""
     value_steps: int = 30
-    """Adam steps on the value network an iteration."""
+    """Adam steps on the value network per iteration."""
     trust_region: TrustRegion = field(
         default_factory=lambda: TrustRegion(
             max_kl=0.03, damping=1e-3, cg_iterations=10, fisher_samples=40
@@ -57,8 +61,8 @@ class ExpertConfig:
     """TRPO's step."""
 
     def __post_init__(self) -> None:
-        known("environment", self.env, ENVIRONMENTS)
-        known("reward", self.reward, ("dense", "sparse"))
+        check_choice("environment", self.env, ENVIRONMENTS)
+        check_choice("reward", self.reward, get_args(ExpertReward))
         positive_count("seed", self.seed, minimum=0)
         for name in ("iterations", "tasks", "episodes", "value_steps"):
             positive_count(name, getattr(self, name))
@@ -79,51 +83,37 @@ def expert_config(env: str, seed: int = 0) -> ExpertConfig:
     return ExpertConfig(env=env, seed=seed, **lookup("environment", env, BY_ENVIRONMENT))
 
 
-class GoalConditioned(Environment):
+class GoalConditioned(Dynamics):
     """An environment whose states have the task's parameters appended, (task, episode, state + task)."""
 
     def __init__(self, environment: Environment) -> None:
         self.environment = environment
-        self.name = environment.name
         self.horizon = environment.horizon
         self.action_dim = environment.action_dim
-        self.task_dim = environment.task_dim
         self.state_dim = environment.state_dim + environment.task_dim
 
-    def training_tasks(self) -> torch.Tensor:
-        """Return the tasks of the environment inside."""
-        return self.environment.training_tasks()
-
-    def sample_tasks(self, count: int, random: np.random.Generator) -> torch.Tensor:
-        """Return tasks of the environment inside."""
-        return self.environment.sample_tasks(count, random)
-
-    def check_tasks(self, tasks: torch.Tensor) -> torch.Tensor:
-        """Return tasks that the environment inside accepts."""
-        return self.environment.check_tasks(tasks)
-
-    def reset(self, tasks: torch.Tensor, episodes: int) -> torch.Tensor:
+    def reset(
+        self, tasks: Float[Tensor, "task task_dim"], episodes: int
+    ) -> Float[Tensor, "task episode state"]:
         """Return the initial states with their tasks."""
         return self._append(tasks, self.environment.reset(tasks, episodes))
 
     def step(
-        self, tasks: torch.Tensor, states: torch.Tensor, actions: torch.Tensor, time: int
+        self,
+        tasks: Float[Tensor, "task task_dim"],
+        states: Float[Tensor, "task episode state"],
+        actions: Float[Tensor, "task episode action"],
+        time: int,
     ) -> Transition:
         """Step the environment inside and append the tasks again."""
         inside = states[..., : self.environment.state_dim]
         moved = self.environment.step(tasks, inside, actions, time)
         return moved._replace(states=self._append(tasks, moved.states))
 
-    def distance_to_reward(self, tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
-        """Return that of the environment inside."""
-        return self.environment.distance_to_reward(tasks, states[..., : self.environment.state_dim])
-
-    def draw(self, axes: Axes, task: torch.Tensor, states: torch.Tensor) -> None:
-        """Draw with the environment inside."""
-        self.environment.draw(axes, task, states[:, : self.environment.state_dim])
-
     @staticmethod
-    def _append(tasks: torch.Tensor, states: torch.Tensor) -> torch.Tensor:
+    def _append(
+        tasks: Float[Tensor, "task task_dim"], states: Float[Tensor, "task episode inside"]
+    ) -> Float[Tensor, "task episode state"]:
         context = tasks[:, None].expand(*states.shape[:2], tasks.shape[-1])
         return torch.cat([states, context], dim=-1)
 
@@ -143,7 +133,8 @@ class ExpertIterate(NamedTuple):
 
 def train_expert(config: ExpertConfig) -> Iterator[ExpertIterate]:
     """Train the goal-conditioned policy by TRPO with a learned value; yields after every iteration."""
-    environment = GoalConditioned(make(config.env, reward=config.reward))
+    family = make(config.env, reward=config.reward)
+    environment = GoalConditioned(family)
     params = initialise(environment.state_dim, environment.action_dim, config.seed, HIDDEN)
     value = initialise(environment.state_dim, 1, config.seed + 1, HIDDEN, learn_sigma=False)
     value = detach(value, requires_grad=True)
@@ -151,7 +142,7 @@ def train_expert(config: ExpertConfig) -> Iterator[ExpertIterate]:
     for iteration in range(config.iterations):
         random = np.random.default_rng([config.seed, iteration])
         draws = torch.Generator().manual_seed(int(random.integers(2**62)))
-        tasks = environment.sample_tasks(config.tasks, random)
+        tasks = family.sample_tasks(config.tasks, random)
         rollout = collect(environment, tasks, params, config.episodes, draws)
         together = _as_one_task(rollout)
         scored = _with_advantages(together, value, config)
@@ -162,12 +153,12 @@ def train_expert(config: ExpertConfig) -> Iterator[ExpertIterate]:
 
 
 def _as_one_task(rollout: Rollout) -> Rollout:
-    """Return all episodes under a single task, (1, task * episode, time, dim): there is one policy."""
+    """Return all episodes under a single task: there is one policy."""
     return Rollout(*(None if part is None else part.flatten(0, 1)[None] for part in rollout))
 
 
-def _values(value: Params, rollout: Rollout) -> torch.Tensor:
-    """Return the value network's V(s), (1, episode, time), in units of 1 / (1 - gamma)."""
+def _values(value: Params, rollout: Rollout) -> Float[Tensor, "1 episode time"]:
+    """Return the value network's V(s), in units of 1 / (1 - gamma)."""
     return distribution(value, rollout.states).mean[..., 0] * rollout.mask
 
 
@@ -202,23 +193,33 @@ def _improve(
     params: Params, rollout: Rollout, region: TrustRegion, draws: torch.Generator
 ) -> Params:
     """Return the policy after one TRPO step on the rollout."""
+    region = region.for_actions(rollout.actions.shape[-1])
     samples = region.fisher_samples * 12  # one task here against twelve in meta-training
     sampled = subsample(rollout, samples, draws)
     packed = pack(rollout)
+    piece = surrogate_gradient(params, lambda trial: distribution(trial, packed.states), packed)
+
+    def exact(trial: Params) -> tuple[float, float]:
+        return surrogate_and_kl(distribution(trial, packed.states), piece.old, packed)
+
     leaves = detach(params, requires_grad=True)
-    new = distribution(leaves, packed.states)
-    old = Gaussian(*(output.detach() for output in new))
-    surrogate = surrogate_loss(new, old, packed).mean()
-    parts = torch.autograd.grad(surrogate, list(leaves.values()))
-    gradient = torch.cat([part.reshape(-1) for part in parts])
+    weight = sampled.mask / sampled.mask.sum()
+    product = fisher_product(distribution(leaves, sampled.states), weight, leaves, region.damping)
+    return trpo_step(params, piece.surrogate, piece.gradient, product, exact, region)[0]
 
-    def fisher(trial: Params) -> tuple[Gaussian, torch.Tensor]:
-        return distribution(trial, sampled.states), sampled.mask / sampled.mask.sum()
 
-    def surrogate_and_kl(trial: Params) -> tuple[float, float]:
-        new = distribution(trial, packed.states)
-        kl = task_mean(kl_divergence(old, new), packed.mask).mean()
-        return float(surrogate_loss(new, old, packed).mean()), float(kl)
+def save_expert(path: Path, params: Params, config: ExpertConfig, quality: str) -> None:
+    """Write an expert's policy with its environment, quality and seed."""
+    facts = {"environment": config.env, "quality": quality, "seed": str(config.seed)}
+    storage.write_tensors(path, params, facts)
 
-    surrogate_value = float(surrogate.detach())
-    return trpo_step(params, surrogate_value, gradient, fisher, surrogate_and_kl, region)[0]
+
+def load_expert(path: Path, env: str, quality: str) -> Params:
+    """Read an expert's policy; one that is damaged or of another kind raises InputError."""
+    params, facts = storage.read_tensors(path, "expert")
+    for field_name, wanted in (("environment", env), ("quality", quality)):
+        if facts.get(field_name) != wanted:
+            raise InputError(
+                f"{path}: {field_name}: expected {wanted!r}, got {facts.get(field_name)!r}"
+            )
+    return params

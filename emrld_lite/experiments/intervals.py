@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .validation import InputError, positive_count, real_number
+from ..validation import InputError, positive_count, real_number
 
 RESAMPLES = 2000
 AHEAD, BEHIND, EVEN = "ahead", "behind", "not distinguishable at this budget"
@@ -50,13 +50,14 @@ def bootstrap_interval(
 ) -> Interval:
     """Return ``statistic`` over all strata with its stratified bootstrap interval.
 
-    A stratum is one experiment: a score a run, (seed,), or several, (seed, task). Runs are drawn
+    A stratum is one experiment: a score per run, (seed,), or several, (seed, task). Runs are drawn
     again with replacement within each stratum, whole: the tasks of one run share its policy, so
     they are no independent draws. With ``others``, a second list of strata, it is the difference
     of the two statistics, both resampled. Three runs have only ten different resamples, so at 95 %
-    the interval of a single stratum reaches from its worst run to its best. After Agarwal et al.
-    (2021), who resample runs as well. Raises InputError for strata that are not such tables, or
-    hold a single run, of whose spread nothing is known.
+    the interval of a single stratum reaches from its worst run to its best. Unlike Agarwal et al.
+    (2021), who draw the runs of each task by themselves, since there each task has its own runs.
+    Raises InputError for strata that are not such tables, or hold a single run, of whose spread
+    nothing is known.
     """
     positive_count("resamples", resamples)
     real_number("level", level, 0.0, 1.0)

@@ -8,10 +8,10 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from . import storage
-from .config import TrainConfig
-from .trpo import TrustRegion
-from .validation import InputError
+from .. import storage
+from ..config import TrainConfig
+from ..trpo import TrustRegion
+from ..validation import InputError
 
 NAME = "{env}-{demos}-{algorithm}-seed{seed}"  # of a run's folder, unless its block has another
 

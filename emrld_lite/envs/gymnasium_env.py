@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 import torch
 
-from ..validation import InputError, known
+from ..validation import InputError, check_choice
 from .base import Environment
 from .drawing import Window
 
@@ -26,7 +26,7 @@ class SingleEpisode(gymnasium.Env):
 
     def __init__(self, environment: Environment, render_mode: str | None = None) -> None:
         if render_mode is not None:
-            known("render mode", render_mode, self.metadata["render_modes"])
+            check_choice("render mode", render_mode, self.metadata["render_modes"])
         self.environment = environment
         self.render_mode = render_mode
         self._window: Window | None = None

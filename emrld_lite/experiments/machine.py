@@ -13,9 +13,9 @@ from typing import Any
 
 import torch
 
-from . import storage
+from .. import storage
 
-PACKAGES = ("torch", "numpy", "gymnasium")
+PACKAGES = ("torch", "numpy", "gymnasium", "mujoco")
 
 
 def choose_threads() -> int:

@@ -1,0 +1,74 @@
+"""Stored runs on unseen tasks: which tasks, the adaptation curve, and its table in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import torch
+
+from ..config import TrainConfig
+from ..demonstrations import Demonstrations, load_demonstrations
+from ..demonstrators.recipes import unseen_demonstrations
+from ..evaluate import LATER_RATE, AdaptationCurve, adaptation_curve
+from ..rollout import Rollout, episode_returns
+from ..storage import write_csv
+from ..validation import positive_count
+from .runs import Run
+
+UNSEEN_TASKS, STEPS = 20, 3  # with which stored runs are tested
+EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
+
+
+def evaluate_run(
+    run: Run,
+    demonstrations: Demonstrations,
+    steps: int = STEPS,
+    episodes: int = TrainConfig.episodes,
+    seed: int = 0,
+    later_rate: float = LATER_RATE,
+) -> AdaptationCurve:
+    """Return the adaptation curve of a stored run on the tasks of ``demonstrations``."""
+    config = run.config
+    return adaptation_curve(
+        config.environment(),
+        run.meta_params,
+        demonstrations,
+        config.adaptation(demonstrations.quality),
+        steps,
+        episodes,
+        torch.Generator().manual_seed(positive_count("seed", seed, minimum=0)),
+        later_rate,
+        config.score(),
+    )
+
+
+def testing_demonstrations(run: Run, tasks: int = UNSEEN_TASKS, seed: int = 0) -> Demonstrations:
+    """Return unseen tasks for a stored run, shown in the quality of the data it was trained on."""
+    quality = load_demonstrations(run.config.demos, run.config.env).quality
+    return unseen_demonstrations(run.config.env, quality, tasks, seed)
+
+
+def write_evaluation(path: Path, demonstrations: Demonstrations, curve: AdaptationCurve) -> None:
+    """Write an evaluation as a table, a row per task and step."""
+    write_csv(path, EVALUATION_COLUMNS, evaluation_rows(demonstrations.tasks, curve))
+
+
+def evaluation_rows(tasks: torch.Tensor, curve: AdaptationCurve) -> list[list[str]]:
+    """Return the rows of the evaluation table, a row per task and step."""
+    rows = []
+    for step, rollout in enumerate(curve.rollouts):
+        returns = episode_returns(rollout).mean(-1)
+        success = rollout.success.float().mean(-1)
+        lengths = steps_to_goal(rollout)
+        for task in range(len(tasks)):
+            numbers = (float(values[task]) for values in (returns, success, lengths))
+            goal = " ".join(repr(value) for value in tasks[task].tolist())
+            rows.append([str(task), goal, str(step), *(repr(number) for number in numbers)])
+    return rows
+
+
+def steps_to_goal(rollout: Rollout) -> torch.Tensor:
+    """Return the mean steps of each task's successful episodes, (task,); nan where none succeeded."""
+    lengths = rollout.mask.sum(-1)  # (task, episode)
+    reached = rollout.success.float()
+    return (lengths * reached).sum(-1) / reached.sum(-1)

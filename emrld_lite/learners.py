@@ -1,0 +1,199 @@
+"""The meta-update: TRPO on D^val or Adam on D^dem, each differentiated through the adaptation."""
+
+from __future__ import annotations
+
+import copy
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import torch
+
+from .adapt import Adaptation, adapt, task_slices
+from .demonstrations import Demonstrations
+from .losses import bc_loss, task_mean
+from .policy import Gaussian, Params, detach, distribution, kl_divergence, own_memory
+from .rollout import Rollout, pack, subsample
+from .trpo import (
+    Product,
+    Step,
+    TrustRegion,
+    fisher_product,
+    surrogate_and_kl,
+    surrogate_gradient,
+    trpo_step,
+)
+
+
+class TaskData(NamedTuple):
+    """What a meta-update learns from: D^tr and D^val with their advantages, and D^dem."""
+
+    before: Rollout
+    after: Rollout
+    demonstrations: Demonstrations
+
+
+def chunks(data: TaskData) -> list[TaskData]:
+    """Return the data of a few tasks at a time, their steps packed.
+
+    Meta-losses are means over tasks, so they can be summed up chunk by chunk: memory then does not
+    grow with the number of tasks.
+    """
+    before, after, demonstrations = data
+    return [
+        TaskData(pack(before.take(part)), pack(after.take(part)), demonstrations.take(part))
+        for part in task_slices(len(before.rewards))
+    ]
+
+
+def policies_after(
+    theta: Params, data: TaskData, rule: Adaptation, keep_graph: bool = False
+) -> Gaussian:
+    """Return pi_{theta_i}(. | s) at the states of D^val, where theta_i is theta adapted on D^tr and D^dem."""
+    task_params = adapt(theta, data.before, data.demonstrations, rule, keep_graph)
+    return distribution(task_params, data.after.states)
+
+
+class Learner(ABC):
+    """What changes the meta-policy; a column of the comparison's table says which one."""
+
+    @abstractmethod
+    def update(
+        self, theta: Params, data: TaskData, rule: Adaptation, random: torch.Generator
+    ) -> tuple[Params, Step]:
+        """Return theta_{k+1} and what the step did; a step that is not finite leaves theta as it is."""
+
+    def state(self) -> Params:
+        """Return what the learner remembers, for a checkpoint: by default nothing."""
+        return {}
+
+    def load(self, state: Params) -> None:  # noqa: B027  (nothing to do is a fair answer)
+        """Go on from the memory of a checkpoint; an empty one is a fresh start."""
+
+
+@dataclass(frozen=True)
+class Trpo(Learner):
+    """TRPO on D^val, equation (meta-update-emrld), through the adaptation; it remembers nothing."""
+
+    region: TrustRegion
+
+    def update(
+        self, theta: Params, data: TaskData, rule: Adaptation, random: torch.Generator
+    ) -> tuple[Params, Step]:
+        """Return theta_{k+1}: one step that lowers the surrogate on D^val within the KL bound."""
+        region = self.region.for_actions(data.after.actions.shape[-1])
+        parts, tasks = chunks(data), len(data.after.rewards)
+        pieces = [
+            surrogate_gradient(
+                theta,
+                lambda leaves, part=part: policies_after(leaves, part, rule, True),
+                part.after,
+            )
+            for part in parts
+        ]
+        surrogate = sum(piece.surrogate for piece in pieces) / tasks
+        gradient = torch.stack([piece.gradient for piece in pieces]).sum(0) / tasks
+
+        def exact(trial: Params) -> tuple[float, float]:
+            totals = [
+                surrogate_and_kl(policies_after(trial, part, rule), piece.old, part.after)
+                for part, piece in zip(parts, pieces, strict=True)
+            ]
+            return tuple(sum(values) / tasks for values in zip(*totals, strict=True))
+
+        product = self.fisher(theta, data, rule, random)
+        theta, step = trpo_step(theta, surrogate, gradient, product, exact, region)
+        return own_memory(theta), step
+
+    def fisher(
+        self, theta: Params, data: TaskData, rule: Adaptation, random: torch.Generator
+    ) -> Product:
+        """Return the product with the adapted policies' Fisher matrix, on a sample of the steps."""
+        before, after = (
+            subsample(rollout, self.region.fisher_samples, random)
+            for rollout in (data.before, data.after)
+        )
+        leaves = detach(theta, requires_grad=True)
+        sample = TaskData(before, after, data.demonstrations)
+        adapted = policies_after(leaves, sample, rule, keep_graph=True)
+        return fisher_product(adapted, after.mask / after.mask.sum(), leaves, self.region.damping)
+
+
+class Adam(Learner):
+    """torch's Adam on mean_i L^BC_i(theta_i), the demonstrations' likelihood after adaptation.
+
+    Section 4.1, "Baselines": with cloning in the adaptation this is Meta-BC, with RL it is GMPS.
+    """
+
+    def __init__(self, theta: Params, learning_rate: float) -> None:
+        self.leaves = detach(own_memory(theta), requires_grad=True)
+        self.optimiser = torch.optim.Adam(self.leaves.values(), lr=learning_rate)
+        self.load({})
+
+    def update(
+        self, theta: Params, data: TaskData, rule: Adaptation, random: torch.Generator
+    ) -> tuple[Params, Step]:
+        """Return theta_{k+1} after one step of Adam.
+
+        D^val only measures: the KL is that between the old and the new adapted policies on its
+        states, which nothing here bounds.
+        """
+        parts = chunks(data)
+        gradient = cloning_gradient(theta, parts, rule)
+        if not all(torch.isfinite(part).all() for part in gradient.values()):
+            return theta, Step(0.0, 0, "skipped: the gradient is not finite")
+        kept = copy.deepcopy(self.optimiser.state_dict())
+        for name, leaf in self.leaves.items():
+            leaf.data.copy_(theta[name])
+            leaf.grad = gradient[name]
+        self.optimiser.step()
+        stepped = detach(own_memory(self.leaves))
+        if not all(torch.isfinite(value).all() for value in stepped.values()):
+            self.optimiser.load_state_dict(kept)
+            return theta, Step(0.0, 0, "skipped: Adam's step is not finite")
+        return stepped, Step(adapted_kl(theta, stepped, parts, rule), 0, "")
+
+    def state(self) -> Params:
+        """Return Adam's number of steps and running means, under names that no parameter has."""
+        return {
+            f"adam.{key}.{name}": value.clone()
+            for name, leaf in self.leaves.items()
+            for key, value in self.optimiser.state[leaf].items()
+        }
+
+    def load(self, state: Params) -> None:
+        """Go on from the memory of a checkpoint; an empty one is a fresh start."""
+        for name, leaf in self.leaves.items():
+            zero = torch.zeros_like(leaf.detach())
+            fresh = {"step": torch.tensor(0.0), "exp_avg": zero, "exp_avg_sq": zero}
+            self.optimiser.state[leaf] = {
+                key: state.get(f"adam.{key}.{name}", value).to(value.device, copy=True)
+                for key, value in fresh.items()
+            }
+
+
+def cloning_gradient(theta: Params, parts: list[TaskData], rule: Adaptation) -> Params:
+    """Return the gradient of mean_i L^BC_i(theta_i) by the meta-policy, through the adaptation."""
+    total = {name: torch.zeros_like(value) for name, value in theta.items()}
+    tasks = sum(len(part.demonstrations.tasks) for part in parts)
+    for before, _, demonstrations in parts:
+        leaves = detach(theta, requires_grad=True)
+        task_params = adapt(leaves, before, demonstrations, rule, keep_graph=True)
+        loss = bc_loss(task_params, demonstrations, rule.bc_reduction).sum() / tasks
+        gradients = torch.autograd.grad(loss, list(leaves.values()))
+        total = {
+            name: value + gradient
+            for (name, value), gradient in zip(total.items(), gradients, strict=True)
+        }
+    return total
+
+
+@torch.no_grad()
+def adapted_kl(old: Params, new: Params, parts: list[TaskData], rule: Adaptation) -> float:
+    """Return the mean KL from the policies adapted from ``old`` to those from ``new``, nats."""
+    total, tasks = 0.0, 0
+    for part in parts:
+        policies = [policies_after(params, part, rule) for params in (old, new)]
+        kl = task_mean(kl_divergence(*policies), part.after.mask)
+        total, tasks = total + float(kl.sum()), tasks + len(kl)
+    return total / tasks
