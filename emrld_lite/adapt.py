@@ -12,7 +12,7 @@ from torch import Tensor
 
 from .demonstrations import Demonstrations
 from .losses import REDUCTION, Reduction, bc_loss, rl_loss
-from .policy import Params, detach, per_task, take_params
+from .policy import LogDensity, Params, detach, per_task, take_params
 from .rollout import PerTask, Rollout
 from .validation import InputError, check_choice, real_number
 
@@ -35,6 +35,9 @@ class Adaptation:
     """alpha, the adaptation's learning rate (Table 1)."""
     bc_reduction: Reduction = REDUCTION
     """Mean over the demonstration's steps (released code) or their sum (paper)."""
+    log_density: LogDensity = "averaged"
+    """Log-density in both losses: averaged over the action's dimensions (released code), or of the joint
+    action (paper), which makes the step as many times longer as the action has dimensions."""
     second_order: bool = True
     """Whether the meta-gradient goes through the adaptation's gradient (paper) or stops at it."""
 
@@ -43,6 +46,7 @@ class Adaptation:
         real_number("w_bc", self.w_bc, minimum=0.0)
         real_number("adapt_lr", self.adapt_lr, minimum=0.0)
         check_choice("bc_reduction", self.bc_reduction, get_args(Reduction))
+        check_choice("log_density", self.log_density, get_args(LogDensity))
         if self.w_rl == 0.0 and self.w_bc == 0.0:
             raise InputError("w_rl and w_bc: expected one of them above 0, got 0 for both")
 
@@ -85,9 +89,9 @@ def adapt_together(
     def loss(task_params: Params) -> PerTask:
         total = before.rewards.new_zeros(len(before.rewards))
         if rule.w_rl:
-            total = total + rule.w_rl * rl_loss(task_params, before)
+            total = total + rule.w_rl * rl_loss(task_params, before, rule.log_density)
         if rule.w_bc:
-            total = total + rule.w_bc * bc_loss(task_params, demonstrations, rule.bc_reduction)
+            total = total + rule.w_bc * cloning_loss(task_params, demonstrations, rule)
         return total
 
     start = per_task(warm_start(params, demonstrations, rule, keep_graph), len(before.rewards))
@@ -105,10 +109,15 @@ def warm_start(
         return params
 
     def loss(task_params: Params) -> PerTask:
-        return bc_loss(task_params, demonstrations, rule.bc_reduction)
+        return cloning_loss(task_params, demonstrations, rule)
 
     start = per_task(params, len(demonstrations.tasks))
     return gradient_step(loss, start, rule.adapt_lr, keep_graph, rule.second_order)
+
+
+def cloning_loss(params: Params, demonstrations: Demonstrations, rule: Adaptation) -> PerTask:
+    """Return L^BC_i, reduced over the steps and the action's dimensions as ``rule`` says."""
+    return bc_loss(params, demonstrations, rule.bc_reduction, rule.log_density)
 
 
 def gradient_step(

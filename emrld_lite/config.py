@@ -13,7 +13,7 @@ from .envs.base import Reward
 from .envs.point2d import Point2D, StepRule
 from .learners import Adam, Learner, Trpo
 from .losses import Reduction
-from .policy import NETWORK_START, NetworkStart, Params, initialise
+from .policy import NETWORK_START, LogDensity, NetworkStart, Params, initialise
 from .trpo import TrustRegion
 from .validation import check_choice, lookup, positive_count, real_number
 
@@ -51,6 +51,8 @@ class TrainConfig:
     """Adam's learning rate in the meta-update of meta-bc and gmps (Table 1)."""
     bc_reduction: Reduction = Adaptation.bc_reduction
     """Mean over the demonstration's steps (released code) or their sum (paper)."""
+    log_density: LogDensity = Adaptation.log_density
+    """In the adaptation's losses: averaged over the action's dimensions (released code) or joint (paper)."""
     second_order: bool = Adaptation.second_order
     """Whether the meta-gradient goes through the adaptation's gradient (paper) or stops at it."""
     normalise: bool = Score.normalise
@@ -95,7 +97,7 @@ class TrainConfig:
 
     def adaptation(self, quality: str) -> Adaptation:
         """Return the adaptation for demonstrations of ``quality``."""
-        settings = ("w_rl", "w_bc", "adapt_lr", "bc_reduction", "second_order")
+        settings = ("w_rl", "w_bc", "adapt_lr", "bc_reduction", "log_density", "second_order")
         chosen = {name: getattr(self, name) for name in settings}
         return self.comparison_row().adaptation(quality, **chosen)
 

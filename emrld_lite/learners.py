@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import torch
 
-from .adapt import Adaptation, adapt, task_slices
+from .adapt import Adaptation, adapt, cloning_loss, task_slices
 from .demonstrations import Demonstrations
-from .losses import bc_loss, task_mean
+from .losses import task_mean
 from .policy import Gaussian, Params, detach, distribution, kl_divergence, own_memory
 from .rollout import Rollout, pack, subsample
 from .trpo import (
@@ -179,7 +179,7 @@ def cloning_gradient(theta: Params, parts: list[TaskData], rule: Adaptation) -> 
     for before, _, demonstrations in parts:
         leaves = detach(theta, requires_grad=True)
         task_params = adapt(leaves, before, demonstrations, rule, keep_graph=True)
-        loss = bc_loss(task_params, demonstrations, rule.bc_reduction).sum() / tasks
+        loss = cloning_loss(task_params, demonstrations, rule).sum() / tasks
         gradients = torch.autograd.grad(loss, list(leaves.values()))
         total = {
             name: value + gradient

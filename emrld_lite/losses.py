@@ -7,7 +7,7 @@ from typing import Literal
 import torch
 
 from .demonstrations import Demonstrations
-from .policy import Gaussian, Params, distribution, log_density
+from .policy import Gaussian, LogDensity, Params, distribution, log_density
 from .rollout import PerStep, PerTask, Rollout
 
 Reduction = Literal["mean", "sum"]
@@ -19,23 +19,27 @@ def task_mean(values: PerStep, mask: PerStep) -> PerTask:
     return (values * mask).sum((1, 2)) / mask.sum((1, 2))
 
 
-def rl_loss(params: Params, rollout: Rollout) -> PerTask:
+def rl_loss(params: Params, rollout: Rollout, density: LogDensity = "joint") -> PerTask:
     """Return L^RL_i = -mean(log pi(a|s) A): its gradient is minus the policy gradient.
 
     ``rollout`` must carry advantages. Section 2, "Gradient-based meta-reinforcement learning".
     """
-    log_prob = log_density(distribution(params, rollout.states), rollout.actions)
+    log_prob = log_density(distribution(params, rollout.states), rollout.actions, density)
     return -task_mean(log_prob * rollout.advantages, rollout.mask)
 
 
 def bc_loss(
-    params: Params, demonstrations: Demonstrations, reduction: Reduction = REDUCTION
+    params: Params,
+    demonstrations: Demonstrations,
+    reduction: Reduction = REDUCTION,
+    density: LogDensity = "joint",
 ) -> PerTask:
     """Return L^BC_i = -mean log pi(a|s) over task i's demonstration. Section 3.
 
     The paper writes a sum over the data (``reduction="sum"``), the released code takes the mean.
     """
-    log_prob = log_density(distribution(params, demonstrations.states), demonstrations.actions)
+    gaussian = distribution(params, demonstrations.states)
+    log_prob = log_density(gaussian, demonstrations.actions, density)
     if reduction == "sum":
         return -(log_prob * demonstrations.mask).sum((1, 2))
     return -task_mean(log_prob, demonstrations.mask)

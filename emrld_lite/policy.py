@@ -19,6 +19,7 @@ LOG_SIGMA_BOUNDS = (math.log(1e-6), math.log(1e6))  # beyond, float32 has no roo
 Params = dict[str, Tensor]
 Vector = Float[Tensor, " parameter"]
 NetworkStart = Literal["biased", "xavier"]
+LogDensity = Literal["averaged", "joint"]
 NETWORK_START: NetworkStart = "biased"  # unless told otherwise
 
 
@@ -128,11 +129,13 @@ def distribution(params: Params, states: Float[Tensor, "task ... state"]) -> Gau
     return Gaussian(means, log_sigma.reshape(shape).expand_as(means))
 
 
-def log_density(gaussian: Gaussian, actions: Float[Tensor, "*at action"]) -> Float[Tensor, "*at"]:
-    """Return log pi(a | s) of each joint action."""
+def log_density(
+    gaussian: Gaussian, actions: Float[Tensor, "*at action"], kind: LogDensity = "joint"
+) -> Float[Tensor, "*at"]:
+    """Return log pi(a | s) of each joint action, or averaged over the action's dimensions."""
     standardised = (actions - gaussian.mean) * torch.exp(-gaussian.log_sigma)
     each = -0.5 * standardised**2 - gaussian.log_sigma - 0.5 * math.log(2.0 * math.pi)
-    return each.sum(-1)
+    return each.sum(-1) if kind == "joint" else each.mean(-1)
 
 
 def kl_divergence(old: Gaussian, new: Gaussian) -> Float[Tensor, ...]:

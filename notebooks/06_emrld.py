@@ -112,7 +112,8 @@ print("episodes that see a reward: under 5 in a hundred")
 # + w_{\mathrm{bc}}\, \mathcal L^{\mathrm{BC}}_i(\theta; \mathcal D^{\mathrm{dem}}_i) \Big) \Big|_{\theta = \theta_k} . \qquad\text{(adapt)}$$
 #
 # $\mathcal D^{\mathrm{tr}}_i$ are trajectories of the meta-policy $\pi_{\theta_k}$ in task $i$, $\alpha = 0.01$ is the adaptation learning
-# rate, $\mathcal L^{\mathrm{RL}}_i = -\operatorname{mean}(\log \pi_\theta(a \mid s)\, \hat A)$ is the loss of notebook 01 with advantages $\hat A$, and
+# rate, $\mathcal L^{\mathrm{RL}}_i = -\operatorname{mean}(\log \pi_\theta(a \mid s)\, \hat A)$ is the loss of notebook 01 with advantages $\hat A$
+# (here $\log \pi_\theta$ in both losses is averaged over the action's dimensions, as in the released code), and
 # the weights are $w_{\mathrm{bc}} = 1$ and $w_{\mathrm{rl}} = 0.2$ for optimal, $1$ for sub-optimal data (Table 1).
 #
 # ### Exercise 1 · The adaptation step
@@ -143,13 +144,16 @@ def adaptation_step(theta, rl_loss, bc_loss, w_rl, w_bc, alpha):
 clock.at("one adaptation step")
 if check.adaptation_step(adaptation_step):
     emrld = ALGORITHMS["emrld"].adaptation("optimal")
+    averaged = emrld.log_density  # over the action's two dimensions
     scored = score(before)
     one, data = scored.take(slice(3, 4)), demos["optimal"].take(slice(3, 4))
     theta = policy.to_vector(meta_params).requires_grad_()
     ours = adaptation_step(
         theta,
-        lambda vector: losses.rl_loss(policy.from_vector(vector, meta_params), one)[0],
-        lambda vector: losses.bc_loss(policy.from_vector(vector, meta_params), data)[0],
+        lambda vector: losses.rl_loss(policy.from_vector(vector, meta_params), one, averaged)[0],
+        lambda vector: losses.bc_loss(
+            policy.from_vector(vector, meta_params), data, density=averaged
+        )[0],
         emrld.w_rl,
         emrld.w_bc,
         emrld.adapt_lr,
@@ -406,7 +410,8 @@ figure
 #
 # ### And without demonstrations?
 #
-# The repository keeps three seeds of EMRLD, EMRLD-WS and MAML (`data/runs/`, made by `python -m emrld_lite train`).
+# The repository keeps three seeds of EMRLD, EMRLD-WS and MAML (`data/runs/`, made by `python -m emrld_lite train` with
+# `--log-density joint`).
 # **Predict first:** where will MAML be after as many iterations?
 
 
@@ -454,6 +459,7 @@ print("with the released code's start of the network it ends under 1, with every
 # | conjugate gradient | not described | direction and residual share memory, so directions are not conjugate | tested against a direct solve |
 # | point's step | norm at most 0.1 | norm always 0.1 | at most; `--step-rule exact` |
 # | reward elsewhere | 0 | $10^{-5}$ | 0 |
+# | log-density in the adaptation | of the joint action | averaged over its dimensions | averaged; `--log-density joint` |
 # | network's start | not described | weights by Xavier's rule, zero biases | biases too, and a small last layer |
 #
 # ## What was shown

@@ -91,7 +91,8 @@ def test_its_gradient_equals_finite_differences(rule):
 
     def loss(vector):
         trial = policy.from_vector(vector, params)
-        return float(losses.bc_loss(adapt.adapt(trial, before, demos, rule), demos).mean())
+        adapted = adapt.adapt(trial, before, demos, rule)
+        return float(losses.bc_loss(adapted, demos, density="averaged").mean())
 
     data = TaskData(before, before, demos)
     gradient = policy.to_vector(cloning_gradient(params, [data], rule))

@@ -232,10 +232,13 @@ def test_ratio_is_one_and_divergence_zero_at_the_old_parameters():
 # --- adaptation ---------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("density", ["averaged", "joint"])
 @pytest.mark.parametrize("rule", [EMRLD, EMRLD_WS, MAML], ids=["emrld", "emrld-ws", "maml"])
-def test_all_tasks_at_once_equal_a_loop_over_tasks(rule):
+def test_all_tasks_at_once_equal_a_loop_over_tasks(rule, density):
     params, batch, demos = random_params(0), random_rollout(2), random_demonstrations(1)
-    together = adapt(params, batch, demos, rule)
+    together = adapt(params, batch, demos, dataclasses.replace(rule, log_density=density))
+    dimensions = batch.actions.shape[-1]  # over which an averaged log-density's gradient is shared
+    rate = rule.adapt_lr / dimensions if density == "averaged" else rule.adapt_lr
     for task in range(3):
         part = slice(task, task + 1)
         leaves = {name: value.clone().requires_grad_() for name, value in params.items()}
@@ -243,14 +246,14 @@ def test_all_tasks_at_once_equal_a_loop_over_tasks(rule):
             loss = losses.bc_loss(leaves, demos.take(part))[0]
             gradient = torch.autograd.grad(loss, list(leaves.values()))
             leaves = {
-                name: (value - rule.adapt_lr * g).detach().requires_grad_()
+                name: (value - rate * g).detach().requires_grad_()
                 for (name, value), g in zip(leaves.items(), gradient, strict=True)
             }
         loss = rule.w_rl * losses.rl_loss(leaves, batch.take(part))[0]
         loss = loss + rule.w_bc * losses.bc_loss(leaves, demos.take(part))[0]
         gradient = torch.autograd.grad(loss, list(leaves.values()))
         for (name, value), g in zip(leaves.items(), gradient, strict=True):
-            torch.testing.assert_close(together[name][task], value.detach() - rule.adapt_lr * g)
+            torch.testing.assert_close(together[name][task], value.detach() - rate * g)
 
 
 def test_only_the_warm_started_row_changes_the_policy_that_collects():

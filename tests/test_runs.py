@@ -80,6 +80,17 @@ def test_training_stops_at_the_asked_return(tmp_path):
     assert len(run.curve) == 1
 
 
+def test_a_run_from_before_a_setting_keeps_what_it_did(tmp_path):
+    runs.train_run(SMALL, tmp_path / "run")
+    path = tmp_path / "run/config.json"
+    older = {
+        name: value for name, value in json.loads(path.read_text()).items() if name != "log_density"
+    }
+    path.write_text(json.dumps(older))
+    config = runs.load_config(tmp_path / "run")
+    assert config == dataclasses.replace(SMALL, log_density="joint")
+
+
 def test_a_run_is_not_overwritten_and_not_resumed_with_other_settings(tmp_path):
     runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     with pytest.raises(InputError, match="already holds a run"):
@@ -275,8 +286,8 @@ def test_demonstrations_of_another_environment_are_refused():
 def test_adaptation_curve_keeps_tasks_apart():
     """A task's curve does not change when the other tasks' demonstrations do."""
     data = load_demonstrations("optimal", "point2d")
-    meta_params = runs.load_run(runs.SHIPPED / "point2d-optimal-emrld-ws-seed0").meta_params
-    rule = TrainConfig().adaptation("optimal")
+    stored = runs.load_run(runs.SHIPPED / "point2d-optimal-emrld-ws-seed0")
+    meta_params, rule = stored.meta_params, stored.config.adaptation("optimal")
 
     def masked(rollout):
         """Return the states walked, (task, episode, 100, 2): a batch ends with its last episode."""

@@ -38,6 +38,7 @@ CHANGES = {  # setting: another value, and the control where it is not CONTROL
     "w_bc": (0.5, CONTROL),
     "meta_lr": (0.02, META_BC),
     "bc_reduction": ("sum", CONTROL),
+    "log_density": ("joint", CONTROL),
     "second_order": (False, CONTROL),
     "normalise": (False, CONTROL),
     "reward_elsewhere": (1e-5, SPARSE),

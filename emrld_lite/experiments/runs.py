@@ -21,6 +21,7 @@ from .machine import provenance
 
 CHECKPOINT_EVERY = 10  # iterations
 OLD_NAMES = {"adam_mean.": "adam.exp_avg.", "adam_square.": "adam.exp_avg_sq."}  # in older runs
+BEFORE = {"log_density": "joint"}  # in runs made before it was a setting
 SHIPPED = storage.DATA / "runs"
 
 
@@ -129,7 +130,7 @@ def load_run(folder: Path) -> Run:
 def load_config(folder: Path) -> TrainConfig:
     """Read the configuration of a run; unknown or wrong entries raise InputError."""
     path = Path(folder) / "config.json"
-    entries = storage.read_json(path, "run configuration")
+    entries = BEFORE | storage.read_json(path, "run configuration")
     unknown = sorted(set(entries) - set(_names(TrainConfig())))
     if unknown:
         raise InputError(f"{path}: unknown entries: {', '.join(unknown)}")
