@@ -20,14 +20,7 @@ from .demonstrators.expert import ExpertConfig, expert_config, save_expert
 from .envs import make
 from .evaluate import LATER_RATE
 from .experiments import bench as benchmark
-from .experiments import machine, paper_figures, reports, results, runs
-from .experiments.evaluation import (
-    STEPS,
-    UNSEEN_TASKS,
-    evaluate_run,
-    testing_demonstrations,
-    write_evaluation,
-)
+from .experiments import evaluation, machine, paper_figures, reports, results, runs
 from .experiments.grid import load_grid
 from .policy import Params
 from .train import Iterate
@@ -131,8 +124,8 @@ def train(
 def evaluate(
     run: Path,
     out: Path,
-    tasks: int = UNSEEN_TASKS,
-    steps: int = STEPS,
+    tasks: int = evaluation.UNSEEN_TASKS,
+    steps: int = evaluation.STEPS,
     episodes: int = TrainConfig.episodes,
     seed: int = 0,
     demos: str | None = None,
@@ -157,11 +150,11 @@ def evaluate(
     positive_count("tasks", tasks)
     stored = runs.load_run(run)
     if demos is None:
-        demonstrations = testing_demonstrations(stored, tasks, seed)
+        demonstrations = evaluation.testing_demonstrations(stored, tasks, seed)
     else:
         demonstrations = demonstration_files.load(Path(demos), stored.config.env)
-    curve = evaluate_run(stored, demonstrations, steps, episodes, seed, later_rate)
-    write_evaluation(out, demonstrations, curve)
+    curve = evaluation.evaluate_run(stored, demonstrations, steps, episodes, seed, later_rate)
+    evaluation.write_evaluation(out, demonstrations, curve)
     reports.print_evaluation(stored, curve, demonstrations.tasks)
     print(f"{out}: every task and step")
 
@@ -234,14 +227,7 @@ def _set_threads(threads: int | None, asked: int | None) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; a refused input or an unwritable file exits with 2 and one line."""
-    commands = {
-        "demos": demos,
-        "train": train,
-        "evaluate": evaluate,
-        "sweep": sweep,
-        "figures": figures,
-        "bench": bench,
-    }
+    commands = {one.__name__: one for one in (demos, train, evaluate, sweep, figures, bench)}
     try:
         tyro.extras.subcommand_cli_from_dict(
             commands,

@@ -26,7 +26,7 @@ ENVIRONMENTS = {  # name: module and class
     "point2d": ("point2d", "Point2D"),
     "two_wheeled": ("two_wheeled", "TwoWheeled"),
     "half_cheetah": ("half_cheetah", "HalfCheetahForwardBackward"),
-    "two_wheeled_drift": ("two_wheeled", "TwoWheeledDrift"),
+    "two_wheeled_drift": ("two_wheeled_drift", "TwoWheeledDrift"),
 }
 
 
