@@ -372,8 +372,8 @@ for name in (CONTROL, "log-density averaged over dimensions"):
     )
 
 # %% [markdown]
-# Two of three seeds are quicker with the average, one is slower; three seeds cannot say more. `train` averages by default now, because more seeds are quicker so (the ledger's row
-# `log-density`); the stored runs of this notebook were made before, with the joint one.
+# Two of three seeds are quicker with the average, one is slower; three seeds cannot say more. `train` averages by default now, as the released code does (the ledger's row
+# `log-density` has what seven seeds took); the stored runs of this notebook were made before, with the joint one.
 #
 # ### A reward made of nothing
 #

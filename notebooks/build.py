@@ -71,7 +71,7 @@ def read(source: Path) -> nbformat.NotebookNode:
 class PatientClient(NotebookClient):
     """A client that looks for messages every second: a wake-up from pyzmq to asyncio can get lost.
 
-    Without it, one build in some thirty waited to CELL_TIMEOUT for a reply that had come.
+    Without it, a build now and then waits to CELL_TIMEOUT for a reply that has come.
     """
 
     async def async_start_new_kernel_client(self) -> KernelClient:
