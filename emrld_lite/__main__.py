@@ -21,6 +21,7 @@ from .envs import make
 from .evaluate import LATER_RATE
 from .experiments import bench as benchmark
 from .experiments import evaluation, machine, paper_figures, reports, results, runs
+from .experiments import lottery as lotteries
 from .experiments.grid import load_grid
 from .policy import Params
 from .train import Iterate
@@ -30,7 +31,8 @@ DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
 
 demos makes demonstrations, train meta-trains on them and stores the run, evaluate adapts a stored
 run to unseen tasks, sweep makes the runs of a grid, figures draws the stored runs, bench measures
-the cost. Every command explains its options with --help."""
+the cost, lottery trains under other seeds and as on other processors. Every command explains its
+options with --help."""
 INTERRUPTED = 130  # the shell's exit code for Ctrl-C
 
 
@@ -218,6 +220,40 @@ def sweep(
         sys.exit(1)
 
 
+def lottery(
+    config: tyro.conf.OmitArgPrefixes[TrainConfig],
+    out: Path,
+    folder: Path = Path("build/lottery"),
+    seeds: int = 20,
+    first_seed: int = 0,
+    lots: tuple[str, ...] = ("own",),
+    threads: tuple[int, ...] = (1,),
+    workers: int = 1,
+) -> None:
+    """Train again and again, under other seeds and as on other processors, and table the iterations taken.
+
+    Args:
+        config: everything that decides a run but its seed; stop_at_return is 70 unless said
+        out: table to write or to add to, .csv; what it holds already is not played again
+        folder: where the runs grow; one that was stopped goes on
+        seeds: how many seeds
+        first_seed: the first of them
+        lots: machines to play: own, plain (no vector kernels), compatible (MKL's), portable (both)
+        threads: CPU threads to play
+        workers: trainings at a time
+    """
+    ends_in("out", out, ".csv")
+    positive_count("workers", workers)
+    positive_count("seeds", seeds)
+    if config.stop_at_return is None:
+        config = replace(config, stop_at_return=lotteries.TARGET)
+    chosen = range(first_seed, first_seed + seeds)
+    for draw in lotteries.lottery(config, chosen, lots, threads, out, folder, workers):
+        took = draw.reached or f"not in {draw.budget}"
+        print(f"lot {draw.lot}, {draw.threads} threads, seed {draw.seed}: {took}", flush=True)
+    print(lotteries.summary(lotteries.load_draws(out)))
+
+
 def _set_threads(threads: int | None, asked: int | None) -> None:
     """Use ``threads``, or as many as are fastest; refuse a number ``asked`` for that is no count."""
     if asked is not None:
@@ -227,7 +263,9 @@ def _set_threads(threads: int | None, asked: int | None) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; a refused input or an unwritable file exits with 2 and one line."""
-    commands = {one.__name__: one for one in (demos, train, evaluate, sweep, figures, bench)}
+    commands = {
+        one.__name__: one for one in (demos, train, evaluate, sweep, figures, bench, lottery)
+    }
     try:
         tyro.extras.subcommand_cli_from_dict(
             commands,

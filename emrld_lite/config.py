@@ -47,6 +47,8 @@ class TrainConfig:
     """Weight of RL in the adaptation; by default the algorithm's and the data's (Table 1)."""
     w_bc: float | None = None
     """Weight of cloning in the adaptation; by default the algorithm's (Table 1)."""
+    meta_momentum: float = 0.5
+    """Share of earlier iterations in the gradient along which TRPO steps (ours; the paper's is 0)."""
     meta_lr: float = 0.01
     """Adam's learning rate in the meta-update of meta-bc and gmps (Table 1)."""
     bc_reduction: Reduction = Adaptation.bc_reduction
@@ -79,6 +81,7 @@ class TrainConfig:
         positive_count("iterations", self.iterations)
         positive_count("seed", self.seed, minimum=0)
         positive_count("episodes", self.episodes)
+        real_number("meta_momentum", self.meta_momentum, 0.0, 0.99)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
         if self.stop_at_return is not None:
             real_number("stop_at_return", self.stop_at_return)
@@ -120,4 +123,4 @@ class TrainConfig:
         """Return what changes the meta-policy ``theta``, with nothing learned yet."""
         if self.comparison_row().learner is Adam:
             return Adam(theta, self.meta_lr)
-        return Trpo(self.trust_region)
+        return Trpo(theta, self.trust_region, self.meta_momentum)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import torch
@@ -12,7 +11,16 @@ import torch
 from .adapt import Adaptation, adapt, cloning_loss, task_slices
 from .demonstrations import Demonstrations
 from .losses import task_mean
-from .policy import Gaussian, Params, detach, distribution, kl_divergence, own_memory
+from .policy import (
+    Gaussian,
+    Params,
+    Vector,
+    detach,
+    distribution,
+    kl_divergence,
+    own_memory,
+    to_vector,
+)
 from .rollout import Rollout, pack, subsample
 from .trpo import (
     Product,
@@ -71,11 +79,17 @@ class Learner(ABC):
         """Go on from the memory of a checkpoint; an empty one is a fresh start."""
 
 
-@dataclass(frozen=True)
 class Trpo(Learner):
-    """TRPO on D^val, equation (meta-update-emrld), through the adaptation; it remembers nothing."""
+    """TRPO on D^val, equation (meta-update-emrld), through the adaptation.
 
-    region: TrustRegion
+    The step goes along a running mean of the iterations' gradients, m_k = mu m_{k-1} + (1 - mu) g_k
+    from m_0 = g_0 on: with mu = 0.5 a third of the variance of one iteration's. With mu = 0, the
+    paper's step, nothing is remembered.
+    """
+
+    def __init__(self, theta: Params, region: TrustRegion, momentum: float = 0.0) -> None:
+        self.region, self.momentum = region, momentum
+        self.mean_gradient = torch.zeros_like(to_vector(theta))  # zero: no gradient yet
 
     def update(
         self, theta: Params, data: TaskData, rule: Adaptation, random: torch.Generator
@@ -102,8 +116,18 @@ class Trpo(Learner):
             return tuple(sum(values) / tasks for values in zip(*totals, strict=True))
 
         product = self.fisher(theta, data, rule, random)
-        theta, step = trpo_step(theta, surrogate, gradient, product, exact, region)
+        smooth = self.smoothed(gradient)
+        theta, step = trpo_step(theta, surrogate, smooth, product, exact, region)
         return own_memory(theta), step
+
+    def smoothed(self, gradient: Vector) -> Vector:
+        """Return the running mean with ``gradient`` in it; one that is zero or no number stays out."""
+        if not self.momentum or not torch.isfinite(gradient).all() or not gradient.any():
+            return gradient
+        if self.mean_gradient.any():
+            gradient = self.momentum * self.mean_gradient + (1.0 - self.momentum) * gradient
+        self.mean_gradient = gradient
+        return gradient
 
     def fisher(
         self, theta: Params, data: TaskData, rule: Adaptation, random: torch.Generator
@@ -117,6 +141,15 @@ class Trpo(Learner):
         sample = TaskData(before, after, data.demonstrations)
         adapted = policies_after(leaves, sample, rule, keep_graph=True)
         return fisher_product(adapted, after.mask / after.mask.sum(), leaves, self.region.damping)
+
+    def state(self) -> Params:
+        """Return the running mean, for a checkpoint; without momentum there is none."""
+        return {"trpo.mean_gradient": self.mean_gradient.clone()} if self.momentum else {}
+
+    def load(self, state: Params) -> None:
+        """Go on from the memory of a checkpoint; an empty one is a fresh start."""
+        kept = state.get("trpo.mean_gradient", torch.zeros_like(self.mean_gradient))
+        self.mean_gradient = kept.to(self.mean_gradient.device, copy=True)
 
 
 class Adam(Learner):

@@ -14,6 +14,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from . import first_calls  # noqa: F401  (its import makes MKL's first calls)
+
 LOG_SIGMA_BOUNDS = (math.log(1e-6), math.log(1e6))  # beyond, float32 has no room for the densities
 
 Params = dict[str, Tensor]

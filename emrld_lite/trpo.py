@@ -32,11 +32,11 @@ class TrustRegion:
     0.01 per dimension of the action, as in the released code."""
     cg_iterations: int = 10
     """Conjugate-gradient iterations at most."""
-    damping: float = 0.1
+    damping: float = 0.3
     """Multiple of the identity added to the Fisher matrix, against the noise of its samples."""
     backtracks: int = 15
     """Halvings of the step before it is given up."""
-    fisher_samples: int = 200
+    fisher_samples: int = 100
     """Steps per task, drawn at random, on which the Fisher product is evaluated."""
     aliased_cg: bool = False
     """Whether residual and first direction share memory, the released code's slip."""

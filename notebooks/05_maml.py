@@ -821,7 +821,7 @@ for env in ("point2d", "two_wheeled"):
 # | conjugate gradient | not described | direction and residual share memory (Figure 2) | a copy, tested against a direct solve |
 # | bound on the KL | not given | 0.01, of the mean over action dimensions | 0.01 per dimension: 0.02 here, 0.06 for the cheetah |
 # | log-density in the adaptation | of the joint action | averaged over its dimensions | averaged; joint in this notebook, as its formulas are |
-# | Fisher matrix | not described | not compared | 200 steps per task, damping 0.1, ten iterations |
+# | Fisher matrix | not described | not compared | 100 steps per task, damping 0.3, ten iterations |
 # | later adaptation steps, at test time | not described | not compared | at a tenth of the rate (Finn et al., 2017: half) |
 # | MAML, Meta-BC and GMPS on sparse rewards | "fail" | – | they stay far behind; MAML learns a little here |
 #

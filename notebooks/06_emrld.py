@@ -42,7 +42,7 @@ from emrld_lite.classroom import widgets
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
-from emrld_lite.experiments import plotting, runs
+from emrld_lite.experiments import lottery, plotting, runs
 from emrld_lite.learners import TaskData, Trpo, policies_after
 from emrld_lite.rollout import Rollout, collect, episode_returns
 from emrld_lite.trpo import surrogate_and_kl, surrogate_gradient
@@ -90,14 +90,14 @@ plt.show()
 # **Predict first.** An untrained policy tries each of the twelve tasks twenty times. In how many of these
 # 240 episodes does it see any reward at all?
 
-# %% tags=["how-sparse"]
+# %% tags=["how-sparse", "tolerance:whole=4"]
 meta_params = policy.initialise(environment.state_dim, environment.action_dim, seed=0)
 random = torch.Generator().manual_seed(0)
 tasks = demos["optimal"].tasks  # (task, 2)
 before = collect(environment, tasks, meta_params, config.episodes, random)  # (task, episode, time)
 rewarded = (before.rewards.sum(-1) > 0).float().mean()
 assert rewarded < 0.05
-print("episodes that see a reward: under 5 in a hundred")
+print(f"episodes that see a reward: {int((before.rewards.sum(-1) > 0).sum())} of 240")
 
 # %% [markdown]
 # Where nothing is rewarded, every advantage is zero, and so is the policy gradient. MAML, which adapts by the
@@ -290,7 +290,9 @@ def nudged(amount):
 
 slope = (nudged(1e-7) - nudged(-1e-7)) / 2e-7  # a longer nudge would cross corners of the relus
 assert abs(piece.gradient @ direction - slope) < 1e-5 * abs(slope)
-print("meta-gradient and finite differences agree to five digits")
+print(
+    f"slope of the surrogate: by the meta-gradient {piece.gradient @ direction:.5f}, by differences {slope:.5f}"
+)
 
 # %% [markdown]
 # **Why is the KL zero at first?** At $\theta = \theta_k$ the new adapted policies *are* the old ones, so the ratio is 1 and the
@@ -314,8 +316,9 @@ by_hand, step = learner.update(meta_params, TaskData(before, after, data), rule,
 
 # %%
 package = next(train.meta_train(config, data)).meta_params
-assert all(torch.equal(by_hand[name], package[name]) for name in package)
-print("These lines give bit for bit what emrld_lite.train.meta_train gives.")
+apart = max(float((by_hand[name] - package[name]).abs().max()) for name in package)
+assert apart == 0.0
+print(f"largest difference between a parameter by hand and by emrld_lite.train.meta_train: {apart}")
 
 # %% [markdown]
 # Now repeat it. The dotted line is a mean return of 70, close to what the demonstrator earns. The grey curve is the
@@ -323,7 +326,7 @@ print("These lines give bit for bit what emrld_lite.train.meta_train gives.")
 #
 # **Predict first.** Which of the two curves will rise, and when will they part?
 
-# %% tags=["live-training", "nbval-ignore-output"]
+# %% tags=["live-training", "statistical", "tolerance:abs=45", "tolerance:whole=70"]
 curve = widgets.LiveCurve("emrld-ws", iterations=100)
 config = TrainConfig(
     algorithm="emrld-ws", demos="optimal", seed=0, iterations=100, stop_at_return=70.0
@@ -334,24 +337,54 @@ for iterate in train.meta_train(config, demos["optimal"]):
 curve.finish()
 seconds = time.perf_counter() - started
 trained, last = iterate.meta_params, iterate.record
-print(f"{len(curve.records)} meta-iterations in {seconds:.0f} s")
+print(f"{len(curve.records)} meta-iterations, of 100 at most, in {seconds:.0f} s")
 print(
     f"mean return: {last.return_before:.1f} before the adaptation step, {last.return_after:.1f} after"
 )
-if last.return_after < 70:
-    print(
-        "70 was not reached within the budget: other processors round otherwise, and this seed was slow"
-    )
 assert last.return_after > max(40, last.return_before)
 
 # %% [markdown]
 # *Figure 2. Mean return over twelve training tasks and twenty episodes each, against meta-iterations, as measured on
 # the machine that ran this notebook.*
 #
+# The training ends when the mean return reaches 70. If yours used up its 100 iterations, your processor's digits drew a slow
+# lot: the policy it has by then serves for the rest of this notebook as well.
+#
 # Both rise. The grey curve is the policy after the warm start, one cloning step on one path; in the first iterations
 # that step changes nothing one can see, and later it points the policy towards its goal. The coloured curve adds one
 # step on path and rewards together. The meta-policy they both start from does *not* become good at any task, and it
-# must not: no single policy can walk to twelve goals. It becomes easy to adapt, as the next figure shows.
+# must not: no single policy can walk to twelve goals. It becomes easy to adapt, as section 5 shows.
+#
+# ### How lucky was I?
+#
+# Your run took the number of iterations that the cell printed. Another seed takes another number, and so does the same seed on another
+# processor: it adds up in another order, the last digits differ, and after a few iterations the curves part. So a
+# single run says little about a method. `python -m emrld_lite lottery` trains again and again, with other seeds and as
+# if on other machines (*lots*); the repository keeps the table (`data/lottery.csv`).
+#
+# **Predict first.** How far apart are the quickest and the slowest of twenty seeds: ten per cent, or a factor of two?
+
+# %% tags=["how-lucky"]
+draws = [draw for draw in lottery.load_draws() if not draw.options and draw.env == "point2d"]
+rows = {
+    f"{plotting.label(group[0].algorithm)} · {lot}, {threads} thread{'s' * (threads > 1)}": [
+        draw.reached for draw in group
+    ]
+    for (_, lot, threads), group in lottery.grouped(draws).items()
+}
+print(lottery.summary(draws))
+
+# %% tags=["how-lucky-figure", "nbval-ignore-output"]
+figure, axes = plt.subplots(figsize=(7.4, 0.8 + 0.55 * len(rows)))
+plotting.waits(rows, max(draw.budget for draw in draws), axes)
+axes.axvline(len(curve.records), color="black", linestyle=":", label="your run")
+axes.legend(loc="upper right")
+plt.show()
+
+# %% [markdown]
+# *Figure 3. Meta-iterations until the mean return first is 70: a point per seed, the median as a bar, your own run dotted; a cross
+# stands for a seed that used its budget up. A lot is a machine as far as the digits go: this kind of processor (own), one without vector kernels (plain),
+# MKL's compatible arithmetic.*
 #
 # ## 5 · What one gradient step does
 #
@@ -374,7 +407,7 @@ shown = {
     name: collect(environment, one.tasks, params, 20, random) for name, params in stages.items()
 }
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["statistical", "tolerance:abs=45"]
 figure, panels = plt.subplots(1, 3, figsize=(11, 3.1), sharey=True)
 for axes, (name, rollout) in zip(panels, shown.items(), strict=True):
     environment.draw_tasks(axes, one.tasks)
@@ -387,7 +420,7 @@ print("mean returns:", ", ".join(f"{mean:.1f}" for mean in returns))
 assert returns[2] > returns[0] + 20
 
 # %% [markdown]
-# *Figure 3. Twenty episodes (thin lines) of one task before adaptation, after the warm start and after the adaptation
+# *Figure 4. Twenty episodes (thin lines) of one task before adaptation, after the warm start and after the adaptation
 # step; the demonstration is dashed. Returns are means over the episodes.*
 #
 # From left to right: no idea of the goal; in the right direction; onto the goal. Two gradient steps with $\alpha = 0.01$ move a
@@ -406,12 +439,12 @@ figure = widgets.adapted_paths(
 figure
 
 # %% [markdown]
-# *Figure 4. The sliders' default, as a still picture: task 8 with the weights of Table 1.*
+# *Figure 5. The sliders' default, as a still picture: task 8 with the weights of Table 1.*
 #
 # ### And without demonstrations?
 #
 # The repository keeps three seeds of EMRLD, EMRLD-WS and MAML (`data/runs/`, made by `python -m emrld_lite train` with
-# `--log-density joint`).
+# the settings of then, which `data/README.md` names).
 # **Predict first:** where will MAML be after as many iterations?
 
 
@@ -437,12 +470,13 @@ assert min(final["emrld"] + final["emrld-ws"]) >= 70
 assert max(curve[59].return_after for curve in curves["maml"]) < 5  # after sixty iterations
 assert max(final["maml"]) < 15
 assert max(final["released start"]) < 1
-print("EMRLD and EMRLD-WS end at 70 or more with every seed.")
-print("MAML is under 5 after sixty iterations and under 15 at its end, with every seed;")
-print("with the released code's start of the network it ends under 1, with every seed.")
+for name, returns in final.items():
+    print(f"{name:14} last ten iterations, per seed:", *(f"{value:5.1f}" for value in returns))
+sixty = [f"{curve[59].return_after:.1f}" for curve in curves["maml"]]
+print("maml after sixty iterations, per seed:", ", ".join(sixty))
 
 # %% [markdown]
-# *Figure 5. Mean return after adaptation; lines are means over three seeds, bands reach from the lowest to the highest.*
+# *Figure 6. Mean return after adaptation; lines are means over three seeds, bands reach from the lowest to the highest.*
 #
 # MAML runs the very same code with $w_{\mathrm{bc}} = 0$. When EMRLD-WS has already found its goals, MAML has seen a handful
 # of rewards by luck. Later these lucky episodes do teach it something: to walk up the middle, past the goals that
@@ -460,6 +494,7 @@ print("with the released code's start of the network it ends under 1, with every
 # | point's step | norm at most 0.1 | norm always 0.1 | at most; `--step-rule exact` |
 # | reward elsewhere | 0 | $10^{-5}$ | 0 |
 # | log-density in the adaptation | of the joint action | averaged over its dimensions | averaged; `--log-density joint` |
+# | gradient that TRPO follows | of one iteration | of one iteration | running mean, half of it old; `--meta-momentum 0` |
 # | network's start | not described | weights by Xavier's rule, zero biases | biases too, and a small last layer |
 #
 # ## What was shown

@@ -339,7 +339,8 @@ def test_episodes_of_one_step_without_a_reward_are_survived_and_told(algorithm, 
     )
     assert iterate.before.mask.shape == (3, 2, 1)
     assert all_finite(iterate.meta_params)
-    assert ("nothing rewarded" in iterate.record.note) == (config.learner(start).state() == {})
+    uses_trpo = config.comparison_row().learner is Trpo
+    assert ("nothing rewarded" in iterate.record.note) == uses_trpo
 
 
 def test_a_robot_that_leaves_its_arena_stops_there():
@@ -373,3 +374,45 @@ def test_advantages_without_normalisation_keep_their_size():
     larger = Score(normalise=False)(tenfold).advantages
     torch.testing.assert_close(larger, 10 * raw)
     assert not torch.allclose(Score()(rollout).advantages, raw)
+
+
+# --- the running mean of the meta-gradients -----------------------------------------------------
+
+
+def learner_with(momentum):
+    theta = {"weight": torch.zeros(3)}
+    return Trpo(theta, trpo.TrustRegion(), momentum)
+
+
+def test_the_running_mean_weighs_the_gradients_geometrically():
+    learner = learner_with(0.5)
+    gradients = torch.randn(4, 3, generator=torch.Generator().manual_seed(0))
+    for gradient in gradients:
+        smooth = learner.smoothed(gradient)
+    weights = torch.tensor([1 / 8, 1 / 8, 1 / 4, 1 / 2])
+    torch.testing.assert_close(smooth, weights @ gradients)
+
+
+def test_without_momentum_a_gradient_is_as_it_was_and_nothing_is_remembered():
+    learner = learner_with(0.0)
+    learner.smoothed(torch.ones(3))
+    assert learner.smoothed(torch.full((3,), 2.0)).tolist() == [2.0, 2.0, 2.0]
+    assert learner.state() == {}
+
+
+@pytest.mark.parametrize("lost", [[0.0, 0.0, 0.0], [1.0, float("nan"), 1.0]])
+def test_a_gradient_of_no_use_stays_out_of_the_mean(lost):
+    learner = learner_with(0.5)
+    learner.smoothed(torch.ones(3))
+    torch.testing.assert_close(
+        learner.smoothed(torch.tensor(lost)), torch.tensor(lost), equal_nan=True
+    )
+    assert learner.smoothed(torch.full((3,), 3.0)).tolist() == [2.0, 2.0, 2.0]
+
+
+def test_a_loaded_learner_goes_on_where_the_saved_one_was():
+    learner, other = learner_with(0.5), learner_with(0.5)
+    learner.smoothed(torch.ones(3))
+    other.load(learner.state())
+    following = torch.tensor([1.0, 2.0, 3.0])
+    assert torch.equal(learner.smoothed(following), other.smoothed(following))

@@ -30,6 +30,7 @@ from emrld_lite.experiments.results import (
 )
 from emrld_lite.experiments.runs import SHIPPED, load_config, load_curve
 from emrld_lite.experiments.studies import (
+    AS_STORED,
     CONTROL,
     SENSITIVITY_END,
     STUDY_END,
@@ -94,6 +95,7 @@ NOT_STORED = (
     "README#Later adaptation steps need a smaller rate"  # evaluate --later-rate 1 prints it
 )
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
+THEN = AS_STORED["trust_region"]
 STARVED = "starved-two_wheeled-suboptimal-emrld"
 LEAST, MOST = WEIGHTS[0], WEIGHTS[-1]
 HALFWAY = 35  # of a return of about 70, by which the panels of Fig. 7 are compared
@@ -382,6 +384,7 @@ CLAIMS = {
     ],
     "ledger#fisher-product": lambda: [
         *(TrustRegion.fisher_samples, TrustRegion.damping),
+        *(THEN.fisher_samples, THEN.damping),
         *starved(),
         *sorted(training_scores(seeds_of(SHIPPED, STARVED))),
         late("two_wheeled-suboptimal-emrld", STUDY_END),

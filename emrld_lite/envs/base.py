@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from .. import first_calls  # noqa: F401  (its import makes MKL's first calls)
 from ..validation import InputError
 
 if TYPE_CHECKING:

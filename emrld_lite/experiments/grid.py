@@ -70,13 +70,18 @@ def _expand(block: dict[str, Any], where: str) -> list[tuple[str, TrainConfig]]:
     return found
 
 
-def command_of(config: TrainConfig, out: str) -> str:
+def command_of(config: TrainConfig, out: str, threads: int = 1) -> str:
     """Return the ``train`` command that makes this run alone: who it is, and what is no default."""
     words = ["python", "-m", "emrld_lite", "train"]
     for option in ALWAYS_SAID:
         words += [f"--{option}", str(getattr(config, option))]
-    pairs = [(config, TrainConfig()), (config.trust_region, TrustRegion())]
-    for one, default in pairs:
+    return " ".join([*words, *options_of(config), "--threads", str(threads), "--out", out])
+
+
+def options_of(config: TrainConfig) -> list[str]:
+    """Return the words of the command line that ask for what is no default."""
+    words = []
+    for one, default in [(config, TrainConfig()), (config.trust_region, TrustRegion())]:
         for entry in fields(one):
             value = getattr(one, entry.name)
             said = entry.name in ALWAYS_SAID or entry.name == "trust_region"
@@ -87,4 +92,4 @@ def command_of(config: TrainConfig, out: str) -> str:
                 words.append(f"--{option}" if value else f"--no-{option}")
             else:
                 words += [f"--{option}", str(value)]
-    return " ".join([*words, "--threads", "1", "--out", out])
+    return words

@@ -15,6 +15,12 @@ import torch
 
 from .. import storage
 
+PORTABLE = {
+    "ATEN_CPU_CAPABILITY": "default",
+    "ONEDNN_MAX_CPU_ISA": "SSE41",
+    "MKL_CBWR": "COMPATIBLE",
+}
+"""Environment variables with which every x86 processor adds up in the same order, at a third of the speed."""
 PACKAGES = ("torch", "numpy", "gymnasium", "mujoco")
 
 

@@ -118,6 +118,31 @@ def forest(rows: Mapping[str, tuple[Interval, Sequence[float]]], axes: Axes) -> 
     axes.grid(axis="y", visible=False)
 
 
+def waits(rows: Mapping[str, Sequence[int | None]], budget: int, axes: Axes) -> None:
+    """Draw how many iterations each training took, a row per kind, its median as a bar.
+
+    None, a training that did not get there, is a cross behind the ``budget``.
+    """
+    beyond = 1.06 * budget
+    for height, (name, taken) in enumerate(rows.items()):
+        there = np.array([value for value in taken if value is not None], dtype=float)
+        never = len(taken) - len(there)
+        look = LOOKS[next((key for key in LOOKS if name.startswith(f"{label(key)} ")), "emrld-ws")]
+        spread = height + 0.25 * np.linspace(-1, 1, max(len(there), 2))[: len(there)]
+        axes.plot(
+            there, spread, look["marker"], color=look["color"], markersize=4, alpha=0.75, zorder=3
+        )
+        axes.plot([beyond] * never, [height] * never, "x", color="black")
+        if never <= len(there):
+            middle = np.sort([*there, *[beyond] * never])[(len(taken) - 1) // 2]
+            axes.plot([middle] * 2, [height - 0.38, height + 0.38], color="black", linewidth=2)
+    axes.set_yticks(range(len(rows)), list(rows))
+    axes.set_xlim(0, 1.1 * budget)
+    axes.set_xlabel("meta-iterations until the mean return is 70")
+    axes.invert_yaxis()
+    axes.grid(axis="y", visible=False)
+
+
 def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes) -> None:
     """Draw mean returns on unseen tasks over adaptation steps, one sequence of returns per seed.
 

@@ -21,7 +21,7 @@ from .machine import provenance
 
 CHECKPOINT_EVERY = 10  # iterations
 OLD_NAMES = {"adam_mean.": "adam.exp_avg.", "adam_square.": "adam.exp_avg_sq."}  # in older runs
-BEFORE = {"log_density": "joint"}  # in runs made before it was a setting
+BEFORE = {"log_density": "joint", "meta_momentum": 0.0}  # in runs older than the setting
 SHIPPED = storage.DATA / "runs"
 
 
@@ -176,14 +176,16 @@ def _read_policy(path: Path, expected: Params) -> tuple[Params, dict[str, str]]:
 def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
     """Return the names of the settings in which two runs differ.
 
-    TRPO's bound counts as it acts, and its region only where TRPO makes the meta-update.
+    TRPO's bound counts as it acts, its region and momentum only where TRPO makes the meta-update.
     """
     dim = one.environment().action_dim
 
     def as_it_acts(config: TrainConfig) -> TrainConfig:
         region = config.trust_region.for_actions(dim)
         used = config.comparison_row().learner is Trpo
-        return dataclasses.replace(config, trust_region=region if used else TrustRegion())
+        if used:
+            return dataclasses.replace(config, trust_region=region)
+        return dataclasses.replace(config, trust_region=TrustRegion(), meta_momentum=0.0)
 
     one, other = as_it_acts(one), as_it_acts(other)
     return [name for name in _names(one) if getattr(one, name) != getattr(other, name)]
