@@ -8,9 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, replace
@@ -22,9 +19,9 @@ import numpy as np
 from .. import storage
 from ..config import TrainConfig
 from ..validation import InputError, lookup
-from .grid import command_of, options_of
+from .elsewhere import train_elsewhere
+from .grid import options_of
 from .machine import PORTABLE
-from .runs import load_curve
 
 LOTS = {
     "own": {},
@@ -82,20 +79,10 @@ def play(config: TrainConfig, lot: str, threads: int, folder: Path) -> Draw:
     if config.stop_at_return is None:
         raise InputError("stop_at_return: expected the return that ends a draw, got None")
     variables = lookup("lot", lot, LOTS)
-    words = command_of(config, str(folder), threads).split()[1:]
-    if (folder / "config.json").exists():
-        words.append("--resume")
-    done = subprocess.run(
-        [sys.executable, *words],
-        env=os.environ | variables,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        raise InputError(f"lot {lot}, seed {config.seed}: the training failed: {last}")
-    curve = load_curve(folder / "curve.csv")
+    try:
+        curve = train_elsewhere(config, folder, threads, variables)
+    except InputError as error:
+        raise InputError(f"lot {lot}, seed {config.seed}: {error}") from error
     returns = [row.return_after for row in curve]
     return Draw(
         env=config.env,

@@ -83,5 +83,6 @@ def provenance(command: str | None = None) -> dict[str, Any]:
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "processor": processor(),
         "threads": torch.get_num_threads(),
+        "variables": {name: os.environ[name] for name in PORTABLE if name in os.environ},
         "command": command or " ".join(["python", "-m", "emrld_lite", *sys.argv[1:]]),
     }
