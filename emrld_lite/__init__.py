@@ -2,8 +2,9 @@
 
 Read the modules in the order the data flows through them, which is the order of their imports::
 
-    first_calls -> validation -> storage -> envs -> policy -> rollout -> advantage ->
-    demonstrations -> losses -> adapt -> trpo -> learners -> algorithms -> config -> train -> evaluate
+    first_calls -> validation -> limits -> storage -> archives -> envs -> policy -> rollout ->
+    advantage -> demonstrations -> losses -> adapt -> trpo -> learners -> algorithms -> config ->
+    train -> evaluate
 
 Around them stand four rooms: ``demonstrators`` (where demonstrations come from), ``experiments``
 (runs made, stored, summed up and drawn), ``tabular`` (Theorem 1 in finite worlds) and ``classroom``

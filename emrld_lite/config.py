@@ -15,9 +15,20 @@ from .learners import Adam, Learner, Trpo
 from .losses import Reduction
 from .policy import NETWORK_START, LogDensity, NetworkStart, Params, initialise
 from .trpo import TrustRegion
-from .validation import check_choice, lookup, positive_count, real_number
+from .validation import (
+    InputError,
+    check_choice,
+    lookup,
+    positive_count,
+    real_number,
+    seed_number,
+    shown,
+    text,
+    true_or_false,
+)
 
 EnvironmentName = Literal["point2d", "two_wheeled", "half_cheetah", "two_wheeled_drift"]
+MOST_ROUNDS = 1000  # of the trust region's loops: halved so often, a step is zero
 AlgorithmName = Literal["emrld", "emrld-ws", "maml", "meta-bc", "gmps"]
 
 
@@ -76,18 +87,32 @@ class TrainConfig:
 
     def __post_init__(self) -> None:
         check_choice("environment", self.env, get_args(EnvironmentName))
-        check_choice("algorithm", self.algorithm, ALGORITHMS)
         check_choice("network_start", self.network_start, get_args(NetworkStart))
+        check_choice("reward", self.reward, get_args(Reward))
+        check_choice("step rule", self.step_rule, get_args(StepRule))
+        check_choice("algorithm", self.algorithm, ALGORITHMS)
+        text("demos", self.demos)
+        for name in ("second_order", "normalise", "learn_sigma"):
+            true_or_false(name, getattr(self, name))
         positive_count("iterations", self.iterations)
-        positive_count("seed", self.seed, minimum=0)
+        seed_number("seed", self.seed)
         positive_count("episodes", self.episodes)
         real_number("meta_momentum", self.meta_momentum, 0.0, 0.99)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
         if self.stop_at_return is not None:
             real_number("stop_at_return", self.stop_at_return)
+        self._check_trust_region()
         self.environment()
         self.adaptation("optimal")
         self.score()
+
+    def _check_trust_region(self) -> None:
+        """Raise InputError for a region that is none, or whose loops would not end in a lifetime."""
+        if not isinstance(self.trust_region, TrustRegion):
+            raise InputError(f"trust_region: expected a region, got {shown(self.trust_region)}")
+        true_or_false("aliased_cg", self.trust_region.aliased_cg)
+        positive_count("cg_iterations", self.trust_region.cg_iterations, maximum=MOST_ROUNDS)
+        positive_count("backtracks", self.trust_region.backtracks, maximum=MOST_ROUNDS)
 
     def environment(self) -> Environment:
         """Return the environment of the run."""

@@ -6,6 +6,7 @@ own recordings.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,14 +17,15 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from . import storage
-from .envs import Environment, make
-from .validation import InputError, check_choice
+from . import archives, storage
+from .envs import ENVIRONMENTS, Environment, make
+from .validation import InputError, check_choice, shown
 
 QualityName = Literal["optimal", "suboptimal"]
 QUALITIES = get_args(QualityName)
 ARRAYS = ("tasks", "states", "actions", "lengths", "environment", "quality", "maker", "seed")
 SHIPPED = storage.DATA / "demonstrations"
+LARGEST = {"states": 1000.0, "actions": 100.0}  # in size; no environment here comes near either
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,14 @@ class Demonstrations:
     def lengths(self) -> Int[Tensor, " task"]:
         """Return the number of steps of each trajectory."""
         return self.mask.sum((1, 2)).long()
+
+    def fingerprint(self) -> str:
+        """Return a hash of the content, the same wherever and under whichever name the file lies."""
+        digest = hashlib.sha256(f"{self.environment} {self.quality}".encode())
+        for values in (self.tasks, self.states, self.actions, self.mask):
+            digest.update(str(tuple(values.shape)).encode())
+            digest.update(values.cpu().numpy().astype("<f4").tobytes())
+        return digest.hexdigest()
 
     def map(self, change: Callable[[Tensor], Tensor]) -> Demonstrations:
         """Return the same demonstrations with ``change`` applied to every tensor."""
@@ -82,37 +92,42 @@ def from_arrays(
     ``lengths`` (task,) whole numbers; what lies after a trajectory's length is ignored. Raises
     InputError naming ``source``, the field and the task.
     """
-    family = make(environment)
+    family = make(check_choice(f"environment in {source}", environment, ENVIRONMENTS))
     check_choice(f"quality in {source}", quality, QUALITIES)
     time = _check_shapes(family, tasks, states, actions, lengths, source)
     steps = np.arange(time)[None] < lengths[:, None]  # (task, time)
+    kept = {}
     for field, values in (("states", states), ("actions", actions)):
-        broken = ~np.isfinite(values).all(-1) & steps
-        if broken.any():
-            task, step = (int(index) for index in np.argwhere(broken)[0])
-            raise InputError(
-                f"{source}: {field}: a value that is not finite, task {task}, step {step}"
-            )
+        taken = np.where(steps[..., None], values, 0.0)
+        _check_numbers(taken, LARGEST[field], f"{source}: {field}")
+        kept[field] = torch.from_numpy(taken.astype(np.float32))[:, None]
+    with np.errstate(over="ignore"):  # no task is as large as that, as the environment will say
+        tasks = tasks.astype(np.float32)
     try:
-        family.check_tasks(torch.from_numpy(tasks.astype(np.float32)))
+        family.check_tasks(torch.from_numpy(tasks))
     except InputError as error:
         raise InputError(f"{source}: tasks: {error}") from None
-    mask = torch.from_numpy(steps)
-
-    def kept(values: np.ndarray) -> Float[Tensor, "task 1 time dim"]:
-        clean = np.where(steps[..., None], values, 0.0).astype(np.float32)
-        return torch.from_numpy(clean)[:, None]
-
     return Demonstrations(
-        tasks=torch.from_numpy(tasks.astype(np.float32)),
-        states=kept(states),
-        actions=kept(actions),
-        mask=mask[:, None].float(),
+        tasks=torch.from_numpy(tasks),
+        **kept,
+        mask=torch.from_numpy(steps)[:, None].float(),
         environment=environment,
         quality=quality,
         maker=str(maker),
         seed=int(seed),
     )
+
+
+def _check_numbers(values: np.ndarray, largest: float, where: str) -> None:
+    """Raise InputError, naming task and step, unless all values are finite and at most ``largest``."""
+    sizes = np.abs(values).max(-1)  # (task, time)
+    wrong = ~(sizes <= largest)  # so that nan is wrong too
+    if wrong.any():
+        task, step = (int(index) for index in np.argwhere(wrong)[0])
+        trouble = "a value that is not finite"
+        if np.isfinite(sizes[task, step]):
+            trouble = f"expected at most {largest:g} in size, got {sizes[task, step]:g}"
+        raise InputError(f"{where}: {trouble}, task {task}, step {step}")
 
 
 def _check_shapes(
@@ -154,7 +169,7 @@ def _check_shapes(
 
 def save(path: Path, demonstrations: Demonstrations) -> None:
     """Write the documented file, whole or not at all; the same data make the same bytes."""
-    storage.write_arrays(
+    archives.write_arrays(
         path,
         {
             "tasks": demonstrations.tasks.numpy(),
@@ -174,20 +189,17 @@ def load(path: Path, environment: str | None = None) -> Demonstrations:
 
     Raises InputError for a file that is missing, damaged, foreign, or of another environment.
     """
-    arrays = storage.read_arrays(path, "demonstration file")
-    missing = [name for name in ARRAYS if name not in arrays]
-    if missing:
-        raise InputError(
-            f"{path}: not a demonstration file: missing {', '.join(missing)}; "
-            f"it holds {', '.join(sorted(arrays)) or 'nothing'}"
-        )
+    arrays = archives.read_arrays(path, "demonstration file", ARRAYS)
+    for name in ("environment", "quality", "maker", "seed"):
+        wanted = "iu" if name == "seed" else "U"
+        if arrays[name].shape != () or arrays[name].dtype.kind not in wanted:
+            expected = "one whole number" if name == "seed" else "one text"
+            raise InputError(f"{path}: {name}: expected {expected}, got {shown(arrays[name])}")
     words = {name: str(arrays[name]) for name in ("environment", "quality", "maker")}
     if environment is not None and words["environment"] != environment:
         raise InputError(
-            f"{path}: environment: expected {environment!r}, got {words['environment']!r}"
+            f"{path}: environment: expected {environment!r}, got {shown(words['environment'])}"
         )
-    if arrays["seed"].shape != () or not np.issubdtype(arrays["seed"].dtype, np.integer):
-        raise InputError(f"{path}: seed: expected one whole number, got {arrays['seed']!r}")
     return from_arrays(
         *(arrays[name] for name in ("tasks", "states", "actions", "lengths")),
         **words,

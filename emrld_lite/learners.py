@@ -152,6 +152,10 @@ class Trpo(Learner):
         self.mean_gradient = kept.to(self.mean_gradient.device, copy=True)
 
 
+LARGE_KL = 10.0  # nats; TRPO's steps stay under 0.06
+UNBOUNDED = "nothing bounds Adam's step"  # ends the note of a step that was made all the same
+
+
 class Adam(Learner):
     """torch's Adam on mean_i L^BC_i(theta_i), the demonstrations' likelihood after adaptation.
 
@@ -169,7 +173,8 @@ class Adam(Learner):
         """Return theta_{k+1} after one step of Adam.
 
         D^val only measures: the KL is that between the old and the new adapted policies on its
-        states, which nothing here bounds.
+        states, which nothing here bounds; the note says where it is large. A step after which the
+        policy or Adam's memory is not finite is not made.
         """
         parts = chunks(data)
         gradient = cloning_gradient(theta, parts, rule)
@@ -181,10 +186,13 @@ class Adam(Learner):
             leaf.grad = gradient[name]
         self.optimiser.step()
         stepped = detach(own_memory(self.leaves))
-        if not all(torch.isfinite(value).all() for value in stepped.values()):
-            self.optimiser.load_state_dict(kept)
-            return theta, Step(0.0, 0, "skipped: Adam's step is not finite")
-        return stepped, Step(adapted_kl(theta, stepped, parts, rule), 0, "")
+        for what, made in (("step", stepped), ("memory", self.state())):
+            if not all(torch.isfinite(value).all() for value in made.values()):
+                self.optimiser.load_state_dict(kept)
+                return theta, Step(0.0, 0, f"skipped: Adam's {what} is not finite")
+        kl = adapted_kl(theta, stepped, parts, rule)
+        note = "" if kl <= LARGE_KL else f"KL of {kl:.2g} nats: {UNBOUNDED}"
+        return stepped, Step(kl, 0, note)
 
     def state(self) -> Params:
         """Return Adam's number of steps and running means, under names that no parameter has."""

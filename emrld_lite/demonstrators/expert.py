@@ -23,7 +23,7 @@ from ..envs.base import Dynamics, Environment, Transition
 from ..policy import Params, detach, distribution, initialise
 from ..rollout import Rollout, collect, episode_returns, pack, subsample
 from ..trpo import TrustRegion, fisher_product, surrogate_and_kl, surrogate_gradient, trpo_step
-from ..validation import InputError, check_choice, lookup, positive_count, real_number
+from ..validation import InputError, check_choice, lookup, positive_count, real_number, seed_number
 
 HIDDEN = (128, 128)  # appendix C
 ExpertReward = Literal["dense", "sparse"]
@@ -63,7 +63,7 @@ class ExpertConfig:
     def __post_init__(self) -> None:
         check_choice("environment", self.env, ENVIRONMENTS)
         check_choice("reward", self.reward, get_args(ExpertReward))
-        positive_count("seed", self.seed, minimum=0)
+        seed_number("seed", self.seed)
         for name in ("iterations", "tasks", "episodes", "value_steps"):
             positive_count(name, getattr(self, name))
         real_number("discount", self.discount, 0.0, 1.0)
@@ -222,4 +222,6 @@ def load_expert(path: Path, env: str, quality: str) -> Params:
             raise InputError(
                 f"{path}: {field_name}: expected {wanted!r}, got {facts.get(field_name)!r}"
             )
-    return params
+    inside = make(env)
+    expected = initialise(inside.state_dim + inside.task_dim, inside.action_dim, 0, HIDDEN)
+    return storage.fitting(path, params, expected)

@@ -17,7 +17,7 @@ from ..demonstrations import Demonstrations, from_arrays
 from ..envs import Environment, make
 from ..policy import LOG_SIGMA_BOUNDS, Params
 from ..rollout import collect, episode_returns
-from ..validation import lookup, positive_count
+from ..validation import lookup, seed_number
 from .expert import (
     ExpertConfig,
     ExpertIterate,
@@ -154,6 +154,6 @@ def load_or_train_expert(env: str, quality: str) -> Params:
 
 def unseen_demonstrations(env: str, quality: str, tasks: int, seed: int = 0) -> Demonstrations:
     """Return ``tasks`` test tasks, drawn from ``seed``, each shown once by the workbook's expert."""
-    random = np.random.default_rng(positive_count("seed", seed, minimum=0))
+    random = np.random.default_rng(seed_number("seed", seed))
     unseen = make(env).test_tasks(tasks, random)
     return demonstrate(load_or_train_expert(env, quality), env, unseen, quality, seed)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import torch
 
 from ..config import TrainConfig
-from ..demonstrations import Demonstrations, load_demonstrations
+from ..demonstrations import Demonstrations
 from ..demonstrators.recipes import unseen_demonstrations
 from ..evaluate import LATER_RATE, AdaptationCurve, adaptation_curve
 from ..rollout import Rollout, episode_returns
-from ..storage import write_csv
-from ..validation import positive_count
+from ..storage import read_csv, write_csv
+from ..validation import InputError, number, real_number, seed_number, whole_number
 from .runs import Run
 
 UNSEEN_TASKS, STEPS = 20, 3  # with which stored runs are tested
@@ -36,7 +37,7 @@ def evaluate_run(
         config.adaptation(demonstrations.quality),
         steps,
         episodes,
-        torch.Generator().manual_seed(positive_count("seed", seed, minimum=0)),
+        torch.Generator().manual_seed(seed_number("seed", seed)),
         later_rate,
         config.score(),
     )
@@ -44,8 +45,39 @@ def evaluate_run(
 
 def testing_demonstrations(run: Run, tasks: int = UNSEEN_TASKS, seed: int = 0) -> Demonstrations:
     """Return unseen tasks for a stored run, shown in the quality of the data it was trained on."""
-    quality = load_demonstrations(run.config.demos, run.config.env).quality
+    quality = run.load_demonstrations().quality
     return unseen_demonstrations(run.config.env, quality, tasks, seed)
+
+
+class UnseenRow(NamedTuple):
+    """What a stored evaluation says of one task after one adaptation step, as far as it is drawn."""
+
+    task: int
+    step: int
+    mean_return: float
+
+
+def read_evaluation(path: Path) -> list[UnseenRow]:
+    """Read a table of unseen tasks.
+
+    Raises InputError for one that is missing or damaged, or where a task lacks a step.
+    """
+    found = []
+    for line, row in enumerate(read_csv(path, "evaluation", EVALUATION_COLUMNS), start=2):
+        where = f"{path}: line {line}"
+        task, step = (whole_number(f"{where}: {name}", row[name]) for name in ("task", "step"))
+        real_number(f"{where}: success", number(f"{where}: success", row["success"]), 0.0, 1.0)
+        number(f"{where}: steps_to_goal", row["steps_to_goal"], finite=False)
+        found.append(UnseenRow(task, step, number(f"{where}: return", row["return"])))
+    places = {(row.task, row.step) for row in found}
+    tasks, steps = {row.task for row in found}, {row.step for row in found}
+    whole = {(task, step) for task in range(len(tasks)) for step in range(len(steps))}
+    if not found or places != whole or len(found) != len(places):
+        raise InputError(
+            f"{path}: expected one row for every task and step, from 0 on, got {len(found)} rows "
+            f"of {len(tasks)} tasks and {len(steps)} steps"
+        )
+    return found
 
 
 def write_evaluation(path: Path, demonstrations: Demonstrations, curve: AdaptationCurve) -> None:

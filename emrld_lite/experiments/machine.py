@@ -14,6 +14,7 @@ from typing import Any
 import torch
 
 from .. import storage
+from ..limits import thread_count
 
 PORTABLE = {
     "ATEN_CPU_CAPABILITY": "default",
@@ -47,9 +48,17 @@ def choose_threads() -> int:
 
 
 def stored_threads(folder: Path) -> int | None:
-    """Return the number of threads that a run was made with; None where it was not written down."""
+    """Return the number of threads that a run was made with; None where it was not written down.
+
+    Raises InputError for a number that this machine has no cores for.
+    """
     path = Path(folder) / "provenance.json"
-    return storage.read_json(path, "provenance").get("threads") if path.exists() else None
+    if not path.exists():
+        return None
+    threads = storage.read_json(path, "provenance").get("threads")
+    if threads is None:
+        return None
+    return thread_count(f"{path}: threads, in place of which --threads can be given", threads)
 
 
 def processor() -> str:
@@ -69,20 +78,45 @@ def processor() -> str:
 
 def provenance(command: str | None = None) -> dict[str, Any]:
     """Return what made a run: versions, commit, machine, threads, and the command (by default this one)."""
-    git = subprocess.run(
-        ["git", "rev-parse", "HEAD"],
-        cwd=Path(__file__).parent,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
     return {
         "versions": {name: metadata.version(name) for name in PACKAGES}
         | {"python": platform.python_version()},
-        "commit": git.stdout.strip() or "unknown",
+        "commit": _commit(),
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "processor": processor(),
         "threads": torch.get_num_threads(),
         "variables": {name: os.environ[name] for name in PORTABLE if name in os.environ},
         "command": command or " ".join(["python", "-m", "emrld_lite", *sys.argv[1:]]),
+    }
+
+
+def _commit() -> str:
+    """Return the commit of this code; "unknown" outside a clone, and on a machine without git."""
+    command = ["git", "rev-parse", "HEAD"]
+    try:
+        git = subprocess.run(
+            command, cwd=Path(__file__).parent, capture_output=True, text=True, check=False
+        )
+    except OSError:  # no git here
+        return "unknown"
+    return git.stdout.strip() or "unknown"
+
+
+def resumption(stored: dict[str, Any], iteration: int) -> dict[str, Any]:
+    """Return a run's provenance with what is other than at its start, where it goes on.
+
+    A provenance that was lost is begun anew, with the iteration from which it holds.
+    """
+    here = provenance()
+    if not stored:
+        return {**here, "from_iteration": iteration}
+    latest = {**stored, **{k: v for one in stored.get("resumed", []) for k, v in one.items()}}
+    other = {
+        fact: here[fact] for fact in here if fact != "command" and here[fact] != latest.get(fact)
+    }
+    if not other:
+        return stored
+    return {
+        **stored,
+        "resumed": [*stored.get("resumed", []), {"from_iteration": iteration, **other}],
     }

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import torch
 
-from ..demonstrations import load_demonstrations
 from ..evaluate import AdaptationCurve
+from ..learners import LARGE_KL, UNBOUNDED
 from ..rollout import Rollout, episode_returns
 from ..train import Iterate
 from .runs import Run
@@ -18,10 +18,11 @@ def print_run(out: Path, run: Run, last: Iterate | None) -> None:
     if last is None:
         print(f"{out}: already complete, {len(run.curve)} iterations")
         return
-    goals = load_demonstrations(run.config.demos, run.config.env).tasks
+    goals = run.load_demonstrations().tasks
     print(table("training tasks, last iteration", goals, last.before, last.after))
     record = run.curve[-1]
-    idle = [row.note for row in run.curve if row.note]
+    notes = [row.note for row in run.curve if row.note]
+    idle = [note for note in notes if not note.endswith(UNBOUNDED)]
     print(
         f"{out}: {len(run.curve)} iterations, {record.seconds:.1f} s, mean return "
         f"{record.return_before:.1f} before adaptation, {record.return_after:.1f} after; "
@@ -29,6 +30,8 @@ def print_run(out: Path, run: Run, last: Iterate | None) -> None:
     )
     for note in sorted(set(idle)):
         print(f"  {idle.count(note)} x {note}")
+    if large := len(notes) - len(idle):
+        print(f"{large} iterations with a KL above {LARGE_KL:g} nats: {UNBOUNDED}")
     if "log_sigma" in run.meta_params:
         sigma = run.meta_params["log_sigma"].exp()
         print(f"sigma {sigma.min():.2g} to {sigma.max():.2g} at the end, 1 at the beginning")

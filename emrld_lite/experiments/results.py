@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..algorithms import ALGORITHMS
-from ..storage import read_csv
 from ..validation import InputError
-from .evaluation import EVALUATION_COLUMNS
+from .evaluation import read_evaluation
 from .runs import load_curve
 
 TITLES = {
@@ -30,6 +29,15 @@ def seeds_of(folder: Path, name: str) -> list[Path]:
     return sorted(Path(folder).glob(f"{name}-seed[0-9]*"))
 
 
+def check_runs(folder: Path) -> Path:
+    """Return a folder that holds runs named as this workbook's; another raises InputError."""
+    if not any(path.is_dir() for path in Path(folder).glob("*-seed[0-9]*")):
+        raise InputError(
+            f"{folder}: expected a folder of runs named like point2d-optimal-emrld-seed0, got none"
+        )
+    return Path(folder)
+
+
 def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:
     """Return the run folders of each algorithm, one per seed, named like env-quality-algorithm-seed0.
 
@@ -45,9 +53,9 @@ def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:
 
 def returns_by_step(run: Path) -> list[float]:
     """Return a run's mean return over unseen tasks after 0, 1, 2, ... adaptation steps."""
-    rows = read_csv(run / "unseen.csv", "evaluation", EVALUATION_COLUMNS)
-    steps = sorted({int(row["step"]) for row in rows})
-    by_step = [[float(row["return"]) for row in rows if int(row["step"]) == step] for step in steps]
+    rows = read_evaluation(run / "unseen.csv")
+    steps = sorted({row.step for row in rows})
+    by_step = [[row.mean_return for row in rows if row.step == step] for step in steps]
     return [float(np.mean(returns)) for returns in by_step]
 
 
@@ -58,8 +66,8 @@ def unseen_scores(runs: Sequence[Path], step: int) -> np.ndarray:
     """
     scores = []
     for run in _some(runs):
-        rows = read_csv(run / "unseen.csv", "evaluation", EVALUATION_COLUMNS)
-        scores.append([float(row["return"]) for row in rows if int(row["step"]) == step])
+        rows = read_evaluation(run / "unseen.csv")
+        scores.append([row.mean_return for row in rows if row.step == step])
         if not scores[-1]:
             raise InputError(f"{run / 'unseen.csv'}: expected rows of step {step}, got none")
     return np.array(scores)
@@ -126,7 +134,7 @@ def _cell(runs: list[Path], step: int) -> str:
     """Return one cell of the summary; other numbers of seeds than three are said."""
     if not runs:
         return "not run"
-    returns = [returns_by_step(run)[step] for run in runs]
+    returns = list(run_scores(runs, step))
     cell = f"{np.mean(returns):.1f}"
     if len(runs) > 1:
         cell += f" ({min(returns):.1f} to {max(returns):.1f})"
