@@ -2,15 +2,14 @@
 
 The words around the numbers must stay the same. A number with a decimal point may move by one unit of
 its last printed digit: 0.37 may become 0.38 on another processor. A number without one is exact. A cell
-in which sums or a training make the digits vary says how far, in a tag:
+in which sums or a training make the digits vary says how far, in tags (which may hold no comma):
 
-    tolerance:0.05              5 % of the printed number
-    tolerance:abs=0.02          0.02
-    tolerance:rel=0.5,abs=10    10 plus half of the printed number
-    tolerance:abs=3,whole=40    numbers with a decimal point by 3, whole numbers by 40
+    tolerance:0.05 or tolerance:rel=0.05    5 % of the printed number
+    tolerance:abs=0.02                      0.02; together with rel both are added
+    tolerance:whole=3                       3, for numbers without a decimal point
 
-``rel`` and ``abs`` are for numbers with a decimal point, and add up as in ``numpy.allclose``; ``whole``
-is for numbers without one, which are counts and stay exact unless it is given. A cell that trains live
+``rel`` and ``abs`` are for numbers with a decimal point, and add up as in ``numpy.allclose``. Numbers
+without one are counts and stay exact unless ``whole`` is given. A cell that trains live
 has the tag ``statistical`` too: another processor trains another policy, so its tolerance is as wide as
 that. NaN equals NaN and an infinity itself. HTML and exceptions are compared as nbval does, pictures
 not at all.
@@ -49,17 +48,18 @@ EXACT = Tolerance()
 
 def tolerance_of(tags: list[str]) -> Tolerance:
     """Return the tolerance that a cell's tags state; ValueError on a tag that says nothing clear."""
-    stated = [tag.removeprefix("tolerance:") for tag in tags if tag.startswith("tolerance")]
-    if len(stated) > 1 or ("statistical" in tags and not stated):
-        raise ValueError(f"{tags}: one tolerance:... is needed")
     fields = {"rel": "relative", "abs": "absolute", "whole": "whole"}
     parts = {}
-    for part in ",".join(stated).split(",") if stated else []:
-        found = re.fullmatch(r"(?:(rel|abs|whole)=)?(\d+(?:\.\d+)?)", part)
+    for tag in tags:
+        if not tag.startswith("tolerance"):
+            continue
+        found = re.fullmatch(r"tolerance:(?:(rel|abs|whole)=)?(\d+(?:\.\d+)?)", tag)
         field = fields[found[1] or "rel"] if found else None
         if field is None or field in parts:
-            raise ValueError(f"tolerance:{stated[0]} is not like tolerance:rel=0.5,abs=10,whole=3")
+            raise ValueError(f"{tag} is twice there, or not like tolerance:abs=0.02")
         parts[field] = Decimal(found[2])
+    if "statistical" in tags and not parts:
+        raise ValueError("statistical needs a tolerance:... beside it")
     return Tolerance(**parts)
 
 
