@@ -75,8 +75,8 @@ clock.at("a policy is a distribution")
 random = torch.Generator().manual_seed(0)
 drawn = torch.randn(10_000, 2, generator=random)  # (sample, action), mu = 0 and sigma = 1
 clipped = (drawn.abs() > 1).float().mean()
-print(f"share of components clipped: about {clipped:.2f}")
 assert abs(clipped - 0.317) < 0.02  # P(|z| > 1) of a standard normal
+print(f"share of the components that is clipped: {clipped:.2f}; of a standard normal: 0.317")
 
 # %%
 figure, axes = plt.subplots(figsize=(4.2, 3.6))
@@ -91,7 +91,7 @@ plt.show()
 # %% [markdown]
 # *Figure 1. Actions drawn with $\sigma = 1$ (dots) and the box to which they are clipped (square).*
 #
-# About a third of the components falls outside the box. We keep the action *as drawn*: its density is a
+# About a third of the components falls outside $[-1, 1]$. We keep the action *as drawn*: its density is a
 # Gaussian's, which the clipped action's is not, and densities are what gradients need. Clipping
 # happens inside the environment.
 
@@ -194,7 +194,7 @@ axes.set_title("an untrained policy")
 plt.show()
 distance = untrained.states[0, :, -1].norm(dim=-1).mean()
 assert distance < 1.9
-print(f"the goal is 2 away; the mean distance from the start at the end is {distance:.1f}")
+print(f"mean distance from the start after 100 steps: {distance:.2f}; the goal is 2 away")
 
 # %% [markdown]
 # *Figure 2. Twenty episodes of an untrained policy (lines), the start (cross), the goal (star) and the
@@ -258,7 +258,7 @@ if check.discounted_returns(discounted_returns):
 # $a \sim \mathcal N(\mu, 1)$ and the reward $R(a) = -(a - 1)^2$. At $\mu = 0$, what is the gradient of
 # $J(\mu) = -(\mu - 1)^2 - 1$?
 
-# %% tags=["reinforce-finite-differences"]
+# %% tags=["reinforce-finite-differences", "tolerance:abs=0.005"]
 clock.at("the REINFORCE gradient")
 
 
@@ -275,10 +275,10 @@ score = noise  # d/dmu log N(a; mu, 1) = a - mu
 reinforce = (rewards * score).mean()
 for name, value in (("finite differences", differences), ("REINFORCE", reinforce)):
     assert abs(value - 2.0) < 0.02
-    print(f"{name:>18}: about {value:.1f}")
+    print(f"{name:>18}: {value:.3f}")
 
 # %% [markdown]
-# Both agree with the exact answer, $-2(\mu - 1) = 2$. Finite differences moved $\mu$ and looked at the
+# Both agree with the exact answer, $-2(\mu - 1) = 2$, as far as a million draws can tell. Finite differences moved $\mu$ and looked at the
 # rewards again. REINFORCE never differentiated the reward: it only asked how much more likely each action would
 # become. That is why it also works when the reward is a black box, or zero nearly everywhere.
 #
@@ -322,7 +322,7 @@ if check.reinforce_loss(reinforce_loss):
 # steps to mean 0 and deviation 1, which fixes the size of a step whatever the units of the reward.
 
 
-# %% tags=["live-reinforce"]
+# %% tags=["live-reinforce", "statistical", "tolerance:abs=5"]
 def improve(params, scored, rate=0.05):
     """Return params after one gradient step on the RL loss of a scored rollout."""
     leaves = policy.detach(params, requires_grad=True)
@@ -352,8 +352,9 @@ def plain_returns(rollout):
 
 
 plain_history, _ = train(plain_returns)
-assert plain_history[-1] > plain_history[0]
-print("returns went up:", plain_history[-1] > plain_history[0])
+untrained_return, plain_return = plain_history[0], sum(plain_history[-5:]) / 5
+assert plain_return > untrained_return + 50
+print(f"mean return: {untrained_return:.1f} at first, {plain_return:.1f} over the last five steps")
 
 # %% [markdown]
 # ## 5 · A baseline and GAE
@@ -376,8 +377,8 @@ by_hand = (features[0] @ weights)[..., 0].float()
 package = advantage.linear_baseline(untrained, discount=0.95)[0]
 assert (by_hand - package).abs().max() < 1e-2 * returns.abs().max()  # the package adds a tiny ridge
 explained = 1 - (returns[0] - package).var() / returns[0].var()
-assert explained > 0.5
-print(f"the baseline explains more than half of the returns' variance: {bool(explained > 0.5)}")
+assert explained > 0.85
+print(f"share of the returns' variance that the baseline explains: {explained:.2f}")
 
 # %% [markdown]
 # *Generalised advantage estimation* (Schulman et al., 2016) goes one step further. With the residual
@@ -430,27 +431,32 @@ if check.advantages(advantages):
 # or not at all?
 
 
-# %% tags=["live-baseline"]
+# %% tags=["live-baseline", "statistical", "tolerance:abs=5"]
 def with_baseline(rollout):
     """Score every step by its normalised advantage over the linear baseline."""
     return advantage.Score(discount=0.95, gae_lambda=1.0)(rollout)
 
 
 baseline_history, trained = train(with_baseline)
+baseline_return = sum(baseline_history[-5:]) / 5
 figure, axes = plt.subplots(figsize=(5.4, 3.2))
 axes.plot(plain_history, linestyle=":", color="#999999", label="returns only")
 axes.plot(baseline_history, color="#0072B2", label="minus the linear baseline")
 axes.set(xlabel="gradient step", ylabel="mean return, dense reward")
 axes.legend(loc="best")
 plt.show()
-assert max(baseline_history[-5:]) > max(plain_history[-5:])
+assert baseline_return > plain_return + 1
+print(
+    f"last five steps: {plain_return:.1f} by returns only, {baseline_return:.1f} with the baseline"
+)
 
 # %% [markdown]
 # *Figure 3. Mean return of 20 episodes on one dense goal, with (solid) and without (dotted) the linear
 # baseline; one seed.*
 #
-# It helps a lot: the same data, scored against what was to be expected, point to the goal much more clearly.
-# From now on every RL loss in this workbook uses these advantages.
+# It helps a little: the return rises by about 90 instead of 84. (With seeds 1 to 4 the lead is 3 to 8.) Little is left to gain,
+# since normalising has already subtracted the mean; what the baseline takes out beyond it is how the return depends on
+# place and time. From now on every RL loss in this workbook uses these advantages.
 
 # %% [markdown]
 # ## 6 · Behaviour cloning
@@ -491,12 +497,12 @@ for quality in ("optimal", "suboptimal"):
     demos = load_demonstrations(quality, "point2d")
     cloned, history = clone(demos)
     assert history[-1] < history[0]
-    package = cloning.clone(demos)
-    assert all(torch.allclose(cloned[name], package[name]) for name in cloned)
     rollouts[quality] = collect(sparse, demos.tasks, cloned, 20, random)
     returns[quality] = float(episode_returns(rollouts[quality]).mean())
+ours, package = clone(demos, steps=20)[0], cloning.clone(demos, steps=20)
+assert all(torch.allclose(ours[name], package[name]) for name in ours)
 
-# %%
+# %% tags=["cloning-returns", "statistical", "tolerance:abs=4"]
 figure, panels = plt.subplots(1, 2, figsize=(8.4, 3.4), sharey=True)
 task = 5
 for axes, quality in zip(panels, rollouts, strict=True):
@@ -506,8 +512,9 @@ for axes, quality in zip(panels, rollouts, strict=True):
     plotting.demonstration(demos.states[task, 0, : int(demos.lengths()[task])], axes)
     axes.set_title(f"{quality}: mean return {returns[quality]:.0f}")
 plt.show()
-assert returns["suboptimal"] < returns["optimal"] < 70
-print("clones of optimal paths earn more, and less than the demonstrator's 80")
+assert returns["suboptimal"] + 10 < returns["optimal"] < 70
+for quality, earned in returns.items():
+    print(f"clones of {quality} paths: mean return {earned:.1f}")
 
 # %% [markdown]
 # *Figure 4. Twenty episodes (thin lines) of a policy cloned from one demonstration (dashed), for one of the twelve goals

@@ -130,14 +130,17 @@ panels[2].plot(away, np.where(away <= 0.02, 99, np.where(away <= 0.2, 1 - away, 
 panels[2].set(yscale="symlog", xlabel="distance to the goal", ylabel="reward at t = 0")
 panels[2].set_title("Point2D, along a line")
 plt.show()
-share = 0.2**2 / (2.0**2 / 2)  # the goal's disc over the half disc
-print(f"the disc that pays is {share:.0%} of the half disc of radius 2")
+x, y = np.meshgrid(np.linspace(-2, 2, 1601), np.linspace(0, 2, 801))
+inside = np.hypot(x, y) <= 2
+goal_x, goal_y = point.training_tasks()[4].tolist()
+share = (inside & (np.hypot(x - goal_x, y - goal_y) <= 0.2)).sum() / inside.sum()
+print(f"the disc that pays covers {share:.2%} of the half disc of radius 2")
 
 # %% [markdown]
 # *Figure 1. Reward of standing at each place, for one goal: white pays nothing, orange one minus the distance, brown the remaining steps. The cross is the start. Right: a
 # cut through Point2D's reward (logarithmic above 1).*
 #
-# A plain, and one small crater. No slope anywhere outside of it leads in.
+# A plain, and one small peak. No slope anywhere outside of its disc leads in. (The goal sits on the rim, so only half of its disc lies inside the half disc.)
 #
 # ## 2 · The others
 #
@@ -193,7 +196,7 @@ if check.wheeled_step(wheeled_step):
 #
 # All four are ordinary Gymnasium environments, too, and draw themselves:
 
-# %% tags=["gymnasium", "nbval-ignore-output"]
+# %% tags=["gymnasium"]
 pictures = {}
 for name, registered in GYMNASIUM_IDS.items():
     environment = gymnasium.make(registered, render_mode="rgb_array")
@@ -257,7 +260,7 @@ plt.show()
 #
 # **Predict first:** in which of the four environments is a random policy rewarded most often? In which least?
 
-# %% tags=["how-rarely"]
+# %% tags=["how-rarely", "tolerance:rel=0.2", "tolerance:abs=0.05"]
 clock.at("how rarely it pays")
 rates, intervals = {}, {}
 for name in ENVIRONMENTS:
@@ -266,13 +269,13 @@ for name in ENVIRONMENTS:
     untrained = policy.initialise(environment.state_dim, environment.action_dim, seed=0)
     each = 40 if name == "half_cheetah" else 2400 // len(tasks)
     rollout = collect(environment, tasks, untrained, each, torch.Generator().manual_seed(0))
-    paid = int((rollout.rewards != 0).any(-1).sum())
-    rates[name] = paid / rollout.mask.shape[:2].numel()
-    intervals[name] = wilson_interval(paid, rollout.mask.shape[:2].numel())
+    paid, count = int((rollout.rewards != 0).any(-1).sum()), rollout.mask.shape[:2].numel()
+    rates[name], intervals[name] = paid / count, wilson_interval(paid, count)
+    low, high = (100 * end for end in intervals[name])
+    print(f"{name:18}{100 * rates[name]:6.2f} % of {count} episodes [{low:.2f}, {high:.2f}]")
 assert intervals["point2d"][1] < 0.01
 assert intervals["two_wheeled"][1] < 0.05 and intervals["two_wheeled_drift"][1] < 0.05
 assert rates["half_cheetah"] == max(rates.values())
-print("Point2D: paid in fewer than 1 episode of 100. Wheeled: fewer than 5. Cheetah: most often.")
 
 # %%
 figure, axes = plt.subplots(figsize=(7, 2.6))
@@ -311,16 +314,17 @@ def episodes_needed(rate, confidence):
     ### END SOLUTION
 
 
-# %%
+# %% tags=["waiting", "tolerance:rel=0.6"]
 if check.episodes_needed(episodes_needed):
     batch = 20  # episodes per task and iteration, Table 1
     for name in ("point2d", "two_wheeled"):
         needed = episodes_needed(rates[name], 0.95)
-        print(f"{name}: more than ten batches of {batch} episodes:", needed > 10 * batch)
-    assert episodes_needed(rates["point2d"], 0.95) > episodes_needed(rates["two_wheeled"], 0.95)
-    assert episodes_needed(rates["two_wheeled"], 0.95) > batch
+        assert needed > {"point2d": 40, "two_wheeled": 5}[name] * batch
+        print(f"{name:12} {needed / batch:5.1f} batches of {batch} episodes")
 
 # %% [markdown]
+# At the rate seen here, a task of Point2D waits for about 3,600 episodes: 180 iterations, in each of which it learns nothing.
+#
 # **Turn it yourself.** The sliders move the goal along the semicircle and change the radius of the disc that pays. 500 walks of an untrained policy stay the same.
 
 # %% tags=["widget-sparsity", "nbval-ignore-output"]
@@ -359,7 +363,11 @@ def task_gradients(seed, bonus=0.0, normalised=True):
 gradients, seen = task_gradients(seed=0)
 assert (gradients[~seen] == 0).all() and (gradients[seen].norm(dim=1) > 0).all()
 assert (~seen).sum() > 4
-print("tasks without a reward in 20 episodes: their gradient is exactly zero")
+lengths = gradients.norm(dim=1)
+print(
+    f"{int((~seen).sum())} tasks saw no reward; longest gradient: {float(lengths[~seen].max()):g}"
+)
+print(f"{int(seen.sum())} tasks saw one; shortest gradient: {float(lengths[seen].min()):.3f}")
 
 # %% [markdown]
 # ### And with a reward of $10^{-5}$ everywhere?
@@ -368,7 +376,7 @@ print("tasks without a reward in 20 episodes: their gradient is exactly zero")
 #
 # **Predict first:** in a task without any real reward, how long is the gradient now, compared with a task that *was* rewarded?
 
-# %% tags=["constant-reward"]
+# %% tags=["constant-reward", "tolerance:0.3"]
 tiny, _ = task_gradients(seed=0, bonus=1e-5)
 plain, _ = task_gradients(seed=0, bonus=1e-5, normalised=False)
 lengths = {
@@ -379,7 +387,10 @@ lengths = {
 ratio = lengths["reward 1e-5, normalised"][~seen].mean() / lengths["reward 0"][seen].mean()
 assert ratio > 0.5
 assert lengths["reward 1e-5, as it is"][~seen].max() < 1e-4
-print("without normalisation: under a ten-thousandth. With it: as long as from a real reward")
+for name, values in lengths.items():
+    without, rewarded = float(values[~seen].mean()), float(values[seen].mean())
+    print(f"{name:23} tasks without a reward {without:.1e}, with one {rewarded:.1e}")
+print(f"reward 1e-5, normalised: {float(ratio):.2f} times as long as from a real reward")
 
 # %%
 figure, axes = plt.subplots(figsize=(7.4, 3.2))
@@ -405,13 +416,13 @@ plt.show()
 #
 # ## 5 · Dense and sparse, live
 #
-# Is the environment perhaps too hard? The same learner, TRPO with the goal in its input (notebook 03), once with the **dense** reward $-d$, once with the **sparse** one: 30 iterations of 192 episodes each on Point2D.
+# Is the environment perhaps too hard? The same learner, TRPO with the goal in its input (notebook 03), once with the **dense** reward $-d$, once with the **sparse** one: 16 iterations of 192 episodes each on Point2D.
 
-# %% tags=["dense-and-sparse", "nbval-ignore-output"]
+# %% tags=["dense-and-sparse"]
 clock.at("dense and sparse, live")
 success = {}
 for reward in ("dense", "sparse"):
-    config = ExpertConfig(env="point2d", reward=reward, iterations=30)
+    config = ExpertConfig(env="point2d", reward=reward, iterations=16)
     success[reward] = [100 * iterate.success for iterate in train_expert(config)]
 figure, axes = plt.subplots(figsize=(6, 3))
 axes.plot(success["dense"], marker="o", markevery=4, color="#0072B2", label="dense reward")
@@ -427,16 +438,17 @@ axes.set(xlabel="TRPO iteration", ylabel="episodes that reach the goal (%)", yli
 axes.legend(loc="center right")
 plt.show()
 
-# %% tags=["dense-learns"]
-assert success["dense"][-1] > 90
-assert success["sparse"][-1] < 10
-print("after 30 iterations: dense, more than 90 % of the goals; sparse, fewer than 10 %")
+# %% tags=["dense-learns", "statistical", "tolerance:abs=20"]
+assert success["dense"][-1] > 50
+assert success["sparse"][-1] < 15
+for reward, share in success.items():
+    print(f"{reward:6} reward: {share[-1]:5.1f} % of the goals reached in iteration 16")
 
 # %% [markdown]
 # *Figure 8. Share of episodes that reach their goal while a goal-conditioned policy learns from the dense and from the sparse reward, as measured on the machine that ran this notebook.*
 #
-# The task is easy. It is the *reward* that is hard. (Not hopeless: one policy that is told the goal can pool the lucky episodes of all goals, and on TwoWheeled, where luck is twenty times as frequent, this
-# learner manages with the sparse reward, too: try `env="two_wheeled"`.) A dense reward, though, needs somebody who can measure the distance to the goal at every step; a demonstration needs somebody who has been there once.
+# The task is easy. It is the *reward* that is hard. (Not hopeless: one policy that is told the goal can pool the lucky episodes of all goals. After 30 iterations the sparse learner reaches between 1 % and 50 % of them, depending on the seed and the processor, and on TwoWheeled, where luck is
+# twenty times as frequent, it manages sooner: try `iterations=40` or `env="two_wheeled"`.) A dense reward, though, needs somebody who can measure the distance to the goal at every step; a demonstration needs somebody who has been there once.
 #
 # ## Where paper and code differ
 #
@@ -460,7 +472,7 @@ print("after 30 iterations: dense, more than 90 % of the goals; sparse, fewer th
 # - The four environments, two of them written by you and equal to the package's.
 # - An untrained point is paid in fewer than one episode of a hundred; most tasks of a batch see no reward.
 # - Where no reward is seen, the policy gradient is exactly zero; a constant $10^{-5}$ with normalised advantages makes it long, and meaningless.
-# - With a dense reward the same learner solves the task in a few iterations.
+# - With a dense reward the same learner reaches most goals after sixteen iterations, with the sparse one hardly any.
 #
 # **Next** notebook 03 makes the demonstrations that fill the gap.
 #

@@ -104,8 +104,9 @@ old = [torch.full((5, 2), 0.5, dtype=torch.float64) for _ in mdps]  # tosses a c
 new = [(1 - step_size) * before + step_size * goal for before, goal in zip(old, demo, strict=True)]
 family = (mdps, task_weights, old, new, demo)
 advantage = mdps[0].advantage(old[0])
-assert (old[0] * advantage).sum(-1).abs().max() < 1e-12
-print("the old policy's advantages average to zero in every state")
+average = (old[0] * advantage).sum(-1).abs().max()
+assert average < 1e-12
+print(f"the old policy's average advantage is {average:.11f} at most, in every state")
 
 # %% [markdown]
 # ### Exercise 1 · How often is each state visited?
@@ -338,13 +339,15 @@ batches = [figures.everything(random) for random in many_families(seed=0, total=
 sample = {name: torch.cat([batch[name] for batch in batches]) for name in batches[0]}
 scale = torch.maximum(sample["improvement"].abs(), sample["bound"].abs()).clamp(min=1)
 valid = ("bound", "bound_group_2", "bound_average_delta", "trust_region", "repaired")
-for name in valid:
-    assert ((sample[name] - sample["improvement"]) / scale).max() <= 1e-9, name
+broken = {
+    name: int(((sample[name] - sample["improvement"]) / scale > 1e-9).sum()) for name in valid
+}
+assert not any(broken.values()), broken
 positive = {name: (sample[name] > 0).double().mean() for name in (*valid, "improvement")}
 assert positive["bound"] < 0.001 < positive["bound_average_delta"] < positive["trust_region"]
-print(f"{len(scale)} families, violations of any bound beyond 1e-9 relative: 0")
-print(f"improvement is positive in {positive['improvement']:.0%}")
-print("Theorem 1 as printed promises one in fewer than 1 of 1,000 families")
+print(f"{len(scale)} families, violations beyond 1e-9 relative: {sum(broken.values())}")
+for name, share in positive.items():
+    print(f"{name:20} positive in {share:6.2%} of them")
 
 # %%
 figure, panels = plt.subplots(1, 3, figsize=(11, 3.5), sharey=True)
@@ -383,7 +386,10 @@ slack = 1e-9 * scale
 assert (sample["group_1"] <= slack).all()
 assert (sample["bound"] <= sample["bound_group_2"] + slack).all()
 assert (sample["bound_group_2"] <= sample["bound_average_delta"] + slack).all()
-print("in all families: group 1 <= 0, and printed <= second group alone <= average Delta")
+print(f"group 1 is {sample['group_1'].max():.6f} at most")
+for name in ("bound", "bound_group_2", "bound_average_delta"):
+    below = (sample["improvement"] - sample[name]).median()
+    print(f"{name:20} lies {below:.2f} below the truth, in the median")
 
 # %% [markdown]
 # "Maximising the first term in group one with a constraint on its second term will ensure a higher lower bound", says the paper, and
@@ -453,8 +459,8 @@ assert (
 older = (sample["trust_region"] > sample["bound"]).double().mean()
 against = (sample["trust_region"] > sample["bound_average_delta"]).double().mean()
 assert 0.2 < against < older < 0.8
-print(f"trust region ahead of the printed bound in {older:.0%} of the random families,")
-print(f"ahead of the average-Delta bound in {against:.0%}")
+print(f"trust region ahead of the printed bound in {older:.1%} of the random families,")
+print(f"ahead of the average-Delta bound in {against:.1%}")
 
 # %% [markdown]
 # Close to the old policy the trust-region bound wins: it is exact where nothing changes. Close to the **demonstrator** (2) wins, and it is exact when the new policy *is* the
@@ -474,14 +480,16 @@ for states in (2, 3):
     small = random_family(random, 20_000, tasks=1, states=states, actions=2)
     parts = figures.everything(small)
     gap = (1 - small[0][0].discount) * (parts["substituted_group_2"] - parts["improvement"])
-    assert (gap > 0.01).any()
-    print(f"{states} states: the substituted second group is broken by some of 20,000: True")
+    found = int((gap > 0.01).sum())
+    assert found > 5
+    print(f"{states} states: broken by more than 0.01 a step in {found} of 20,000 families,")
+    print(f"          by up to {gap.max():.2f} a step")
 
 # %% [markdown]
 # For the theorem **as printed**, with its negative first group, random search finds next to nothing. Climbing does better: start
 # at random families and follow the gradient of (bound − improvement) through the linear solves.
 
-# %% tags=["substitution-climb"]
+# %% tags=["substitution-climb", "tolerance:abs=0.1", "tolerance:whole=1"]
 climbed = {
     name: hunt(name, families=32, steps=200, discount=0.99)
     for name in ("bound", "bound_average_delta", "substituted")
@@ -489,8 +497,10 @@ climbed = {
 worst = {name: float(found.violation.max()) for name, found in climbed.items()}
 assert worst["bound"] <= 0 and worst["bound_average_delta"] <= 0
 assert worst["substituted"] > 0.5
-print("printed bound and average Delta, climbed from 32 starts: never broken")
-print("printed bound under the demonstrator's states: broken, by more than C1/2 per step")
+for name, found in climbed.items():
+    broken_by = found.violation
+    print(f"{name:20} broken in {int((broken_by > 0).sum())} of 32 climbs; ", end="")
+    print(f"bound less truth at most {float(broken_by.max()):+.3f} C1 a step")
 
 # %% [markdown]
 # So the printed theorem does **not** survive the substitution. Here is a counterexample small enough to check by hand, found by asking what the climb had built: a path, and
@@ -561,7 +571,12 @@ def break_the_substitution():
 
 
 # %%
-check.break_the_substitution(break_the_substitution)
+if check.break_the_substitution(break_the_substitution):
+    discount, slip = break_the_substitution()
+    yours = slippery_pair(discount, slip, 0.25)
+    promise = (1 - discount) * related_bounds(*yours).substituted
+    truth = (1 - discount) * theorem_1(*yours).improvement
+    print(f"promised {promise:+.4f} a step, true {truth:+.4f} a step")
 
 # %% [markdown]
 # ### The repair, and its price
@@ -592,7 +607,8 @@ related = related_bounds(*family)
 price = 2 * theorem.c1 * related.tv_demo_states / (1 - gamma) ** 2
 assert torch.isclose(related.repaired, sum(gains) / 2 - price)
 assert (sample["repaired"] <= sample["improvement"] + slack).all()
-print("repaired = what the demonstrator gains, less 2 C1 D_TV / (1 - gamma)^2")
+print(f"the demonstrator gains {sum(gains) / 2:.4f}, the price is {price:.4f};")
+print(f"(4) promises {related.repaired:.4f}, the truth is {theorem.improvement:.4f}")
 
 # %% [markdown]
 # ## 5 · From likelihood to distance
@@ -631,11 +647,12 @@ distance = 0.5 * (expert - near).abs().sum(-1)
 shown, walked = world.visitation(expert), world.visitation(near)
 excess = (shown * divergence).sum(-1)  # the cloning loss less the entropy
 far = (shown * distance).sum(-1)
-assert (far <= torch.sqrt(excess / 2) + 1e-9).all()
 elsewhere = (walked * distance).sum(-1)
-assert (elsewhere > torch.sqrt(excess / 2)).any()
-print("under the demonstrator's states the distance obeys Pinsker in all 3,000 families;")
-print("under the new policy's states it does not in some")
+pinsker = torch.sqrt(excess / 2)
+assert (far <= pinsker + 1e-9).all() and (elsewhere > 1.05 * pinsker).any()
+for whose, values in (("demonstrator", far), ("new policy", elsewhere)):
+    above, most = int((values > pinsker + 1e-9).sum()), (values / pinsker).max()
+    print(f"states of the {whose}: above Pinsker in {above} of 3,000, at most {most:.2f} of it")
 
 # %%
 figure, panels = plt.subplots(1, 2, figsize=(9.6, 3.4), sharey=True)
@@ -709,7 +726,7 @@ plt.show()
 # *Figure 6. Exact training on the grid, one update of the meta-table per meta-iteration: value of the adapted policies (the thin dotted line is what the poor
 # demonstrator earns), the largest Delta of Assumption 1, and its average under the new policy.*
 
-# %% tags=["assumption-1-initial-stages"]
+# %% tags=["assumption-1-initial-stages", "tolerance:0.15", "tolerance:abs=0.02", "tolerance:whole=2"]
 final = {name: iterates[-1].objective for name, iterates in runs.items()}
 assert runs["EMRLD"][0].objective > 3 * runs["MAML"][0].objective
 assert final["EMRLD"] > final["MAML"] > 5 * runs["MAML"][0].objective
@@ -720,8 +737,11 @@ for name in ("EMRLD", "EMRLD, poor demonstrator"):
 passed = next(it.iteration for it in poor if it.objective > it.demonstrator)
 turned = next(it.iteration for it in poor if it.theorem.average_delta < 0)
 assert 0 < turned < passed and final["EMRLD, poor demonstrator"] > 1.3 * poor[0].demonstrator
-print("Delta > 0 at first and < 0 later: Assumption 1 holds 'during the initial stages'")
-print("poor demonstrator: average Delta turns negative, then the policy overtakes him")
+for name, (first, *_, last) in runs.items():
+    print(f"{name:25} return {first.objective:5.2f} to {last.objective:5.2f}, ", end="")
+    print(f"Delta {first.theorem.delta:+.4f} to {last.theorem.delta:+.4f}")
+print(f"the poor demonstrator earns {poor[0].demonstrator:.2f}: his average Delta turns")
+print(f"negative in iteration {turned}, the policy overtakes him in iteration {passed}")
 
 # %% [markdown]
 # - **EMRLD leads from the first iteration on**, by the cloning gradient: that is group 2 at work.
@@ -732,7 +752,7 @@ print("poor demonstrator: average Delta turns negative, then the policy overtake
 #
 # And the bounds, along EMRLD's training?
 
-# %%
+# %% tags=["bounds-along-training", "tolerance:0.15"]
 figure, axes = plt.subplots(figsize=(8, 3.4))
 series = {
     "improvement": [float(it.theorem.improvement) for it in runs["EMRLD"]],
@@ -748,7 +768,11 @@ axes.set_yticks([-100, -1, -0.01, 0.01, 1], ["-100", "-1", "-0.01", "0.01", "1"]
 axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))
 plt.show()
 assert max(series["bound"] + series["bound_average_delta"]) < -8 < 0 < min(series["improvement"])
-assert all(0.3 < it.theorem.tv_demo < 0.6 for it in runs["EMRLD"])
+distances = [float(it.theorem.tv_demo) for it in runs["EMRLD"]]
+assert min(distances) > 0.3 and max(distances) < 0.6
+for name, values in series.items():
+    print(f"{name:20} between {min(values):8.2f} and {max(values):6.2f}")
+print(f"D_TV between {min(distances):.2f} and {max(distances):.2f}")
 
 # %% [markdown]
 # *Figure 7. Improvement of every meta-iteration of exact EMRLD (thick), and three lower bounds on it; symmetric log scale.*
@@ -797,10 +821,13 @@ theorem_widgets.assumption_picture("Delta is claimed too large", 0.5)
 expected = ["a_assumption", "b_demo", "lemma_1", "b_demo"]
 for claim, first in zip(theorem_widgets.FALSE_CLAIMS[1:], expected, strict=True):
     world, claims = theorem_widgets.broken(claim, 0.5)
-    assert next(line.name for line in proof_lines(*world, claims) if not line.holds()) == first
+    fallen = [line.name for line in proof_lines(*world, claims) if not line.holds()]
+    assert fallen[0] == first
+    print(f"{claim}: {len(fallen)} lines fall, first {fallen[0]}")
 shaped = Claims(value_error=torch.tensor([0.4, -0.7, 0.0, 0.9, 0.2]))  # right in the middle cell
-assert all(line.holds() for line in proof_lines(*family, shaped) if line.relation == "=")
-print("each false claim fells the move in the table; an error off the start fells no equation")
+equations = [line for line in proof_lines(*family, shaped) if line.relation == "="]
+assert all(line.holds() for line in equations)
+print(f"a critic wrong off the start: 0 of {len(equations)} equations fall")
 
 # %% [markdown]
 # ## Appendix · What the meta-gradient leaves out
@@ -838,8 +865,9 @@ nudge = torch.randn(5, 2, generator=torch.Generator().manual_seed(1), dtype=torc
 slope = (
     exact.meta_objective(theta + 1e-5 * nudge) - exact.meta_objective(theta - 1e-5 * nudge)
 ) / 2e-5
-assert torch.isclose((found["exact"] * nudge).sum(), slope, rtol=1e-6)
-print("exact meta-gradient and finite differences agree to six digits")
+along = (found["exact"] * nudge).sum()
+assert torch.isclose(along, slope, rtol=1e-6)
+print(f"slope along a random direction: {along:.5f} exact, {slope:.5f} by finite differences")
 
 # %%
 print(f"{'relative error of the meta-gradient':38}{'log':>8}{'ratio':>8}{'first order':>13}")

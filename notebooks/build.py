@@ -31,6 +31,7 @@ import nbformat
 from jupyter_client import KernelClient
 from nbclient import NotebookClient
 from nbconvert import HTMLExporter
+from outputs import unwanted, without_widgets
 
 HERE = Path(__file__).resolve().parent
 LAB = HERE / "lab"
@@ -96,7 +97,7 @@ def looking_again(get_message: Callable[..., Awaitable[dict]]) -> Callable[..., 
 
 
 def execute(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
-    """Run every cell from the top in a fresh kernel; widget views are stripped afterwards."""
+    """Run every cell from the top in a fresh kernel; a sentence stands in for each widget afterwards."""
     os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")
     client = PatientClient(
         notebook,
@@ -131,12 +132,6 @@ def describe_figures(notebook: nbformat.NotebookNode) -> None:
                 output.metadata["image/png"] = {"alt": caption}
 
 
-def without_widgets(output: nbformat.NotebookNode) -> nbformat.NotebookNode:
-    """Return an output without its widget view, whose model lives only in the kernel that made it."""
-    output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
-    return output
-
-
 def blank(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
     """Return the student version: no outputs, and a blank where each solution stood."""
     student = nbformat.from_dict(notebook.copy())
@@ -163,11 +158,18 @@ def write(path: Path, content: str) -> None:
 
 
 def build(source: Path) -> None:
-    """Write the executed notebook and the student version of one source."""
+    """Write the executed notebook and the student version of one source, if its outputs are clean."""
     notebook = execute(read(source))
+    if wrong := unwanted(notebook):
+        sys.exit("\n".join([f"{source.stem} was not written", *wrong]))
     write(source.with_suffix(".ipynb"), text(notebook))
     write(LAB / f"{source.stem}.ipynb", text(blank(read(source))))
     print(f"{source.stem}: built")
+
+
+def identities(notebook: nbformat.NotebookNode) -> list[tuple]:
+    """Return what a built notebook takes over from its source, cell by cell, tags included."""
+    return [(cell.cell_type, cell.source, cell.metadata.get("tags")) for cell in notebook.cells]
 
 
 def drift(source: Path) -> list[str]:
@@ -178,9 +180,7 @@ def drift(source: Path) -> list[str]:
         return [f"{target.name} is missing"]
     kept = nbformat.read(target, as_version=4)
     wrong = []
-    if [(c.cell_type, c.source) for c in kept.cells] != [
-        (c.cell_type, c.source) for c in fresh.cells
-    ]:
+    if identities(kept) != identities(fresh):
         wrong.append(f"{target.name} does not have the cells of {source.name}")
     code = [cell for cell in kept.cells if cell.cell_type == "code" and cell.source.strip()]
     never = sum(cell.execution_count is None for cell in code)
@@ -190,6 +190,7 @@ def drift(source: Path) -> list[str]:
         wrong.append(f"{target.name} has no outputs")
     if any(output.output_type == "error" for cell in code for output in cell.outputs):
         wrong.append(f"{target.name} holds an error")
+    wrong += [f"{target.name}: {sentence}" for sentence in unwanted(kept)]
     if not student.exists() or student.read_text(encoding="utf-8") != text(blank(fresh)):
         wrong.append(f"lab/{student.name} is not the blanked {source.name}")
     elif "SOLUTION" in student.read_text(encoding="utf-8"):

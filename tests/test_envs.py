@@ -4,6 +4,7 @@ import math
 import warnings
 
 import gymnasium
+import matplotlib
 import numpy as np
 import pytest
 import torch
@@ -12,8 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from emrld_lite.demonstrations import load_demonstrations
-from emrld_lite.envs import GYMNASIUM_IDS, cheetah_body, half_cheetah, make, point2d
+from emrld_lite.envs import GYMNASIUM_IDS, cheetah_body, drawing, half_cheetah, make, point2d
 from emrld_lite.envs.goals import goals_at
+from emrld_lite.experiments import plotting
 from emrld_lite.policy import initialise
 from emrld_lite.rollout import collect
 from emrld_lite.validation import InputError
@@ -313,6 +315,12 @@ def test_a_picture_of_every_environment(name):
     assert before.shape == (480, 480, 3)
     assert before.dtype == np.uint8
     assert (single.render() != before).any()
+
+
+def test_a_picture_does_not_take_the_layout_of_the_style():
+    with matplotlib.rc_context(plotting.STYLE), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert drawing.pixels(lambda axes: axes.plot([0, 1])).shape == (480, 480, 3)
 
 
 @pytest.mark.parametrize("name", GYMNASIUM_IDS)

@@ -87,7 +87,9 @@ def robot(axes: Axes, pose: list[float], length: float = 0.22) -> None:
 def pixels(draw: Callable[[Axes], None], size: tuple[int, int] = (480, 480)) -> np.ndarray:
     """Return what ``draw`` leaves on a fresh pair of axes, (height, width, 3), uint8."""
     width, height = size
-    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+    figure = Figure(
+        figsize=(width / 100, height / 100), dpi=100, layout="none"
+    )  # whatever the style
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
     draw(axes)
