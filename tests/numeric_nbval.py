@@ -18,7 +18,9 @@ not at all.
 from __future__ import annotations
 
 import copy
+import os
 import re
+import unittest.mock
 from collections import defaultdict
 from collections.abc import Iterator
 from decimal import Decimal
@@ -29,6 +31,9 @@ import pytest
 from nbformat import NotebookNode
 from nbval.plugin import IPyNbCell, IPyNbFile
 
+from emrld_lite.experiments.machine import LOTS
+
+STUDENT_LOT = "plain"  # so that every cell that trains also runs with another machine's digits
 NUMBER = re.compile(
     r" *(?<![\w.])(?P<number>[-+−]?"
     r"(?:(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:[eE][-+]?\d+)?|nan|inf))(?!\w) *"
@@ -139,7 +144,14 @@ class NumericCell(IPyNbCell):
 
 
 class NumericFile(IPyNbFile):
-    """A notebook whose code cells are compared as numbers."""
+    """A notebook whose code cells are compared as numbers, run on one of the lottery's machines."""
+
+    def setup(self) -> None:
+        """Start the kernel on the machine asked for; a student version's is another than this one."""
+        student = self.path.parent.name == "lab"
+        lot = self.config.getoption("lot") or (STUDENT_LOT if student else "own")
+        with unittest.mock.patch.dict(os.environ, LOTS[lot]):
+            super().setup()
 
     def collect(self) -> Iterator[NumericCell]:
         """Yield nbval's items, each as a numeric cell."""
@@ -151,6 +163,15 @@ class NumericFile(IPyNbFile):
                 cell=item.cell,
                 options=item.options,
             )
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the machine to play in every notebook."""
+    parser.addoption(
+        "--lot",
+        choices=LOTS,
+        help=f"machine to play; by default own, {STUDENT_LOT} in notebooks/lab",
+    )
 
 
 @pytest.hookimpl(wrapper=True)

@@ -21,15 +21,8 @@ from ..config import TrainConfig
 from ..validation import InputError, lookup
 from .elsewhere import train_elsewhere
 from .grid import options_of
-from .machine import PORTABLE
+from .machine import LOTS
 
-LOTS = {
-    "own": {},
-    "plain": {"ATEN_CPU_CAPABILITY": "default"},
-    "compatible": {"MKL_CBWR": "COMPATIBLE"},
-    "portable": PORTABLE,
-}
-"""Environment variables of each lot; ``own`` is the machine as it is."""
 TARGET = 70.0  # return of which the lottery asks how long it takes
 STORED = storage.DATA / "lottery.csv"
 

@@ -22,6 +22,13 @@ PORTABLE = {
     "MKL_CBWR": "COMPATIBLE",
 }
 """Environment variables with which every x86 processor adds up in the same order, at a third of the speed."""
+LOTS = {
+    "own": {},
+    "plain": {"ATEN_CPU_CAPABILITY": "default"},
+    "compatible": {"MKL_CBWR": "COMPATIBLE"},
+    "portable": PORTABLE,
+}
+"""Environment variables that make this machine another one as far as digits go; ``own`` has none."""
 PACKAGES = ("torch", "numpy", "gymnasium", "mujoco")
 
 
