@@ -20,8 +20,11 @@ $(STAMP): pyproject.toml constraints.txt
 # Train EMRLD-WS live, adapt it to unseen goals, and show notebook 06 as a page.
 run: setup
 	rm -rf build/run
+	@echo "1 of 3: meta-training on twelve goals until the mean return is 70 (about a minute; then: goals it never saw)"
 	$(BIN)/python -m emrld_lite train --env point2d --algorithm emrld-ws --demos optimal --seed 0 --iterations 150 --stop-at-return 70 --out build/run
+	@echo "2 of 3: adapting to twenty unseen goals, one demonstration each (seconds; then: the notebook as a page)"
 	$(BIN)/python -m emrld_lite evaluate --run build/run --tasks 20 --steps 3 --seed 0 --out build/unseen-goals.csv
+	@echo "3 of 3: running notebook 06, which trains once more by itself (about a minute and a half; then: its page)"
 	$(BIN)/python notebooks/build.py --page 06 --out build
 	@echo "open build/06_emrld.html"
 

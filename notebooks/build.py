@@ -96,14 +96,18 @@ def looking_again(get_message: Callable[..., Awaitable[dict]]) -> Callable[..., 
     return patiently
 
 
-def execute(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
-    """Run every cell from the top in a fresh kernel; a sentence stands in for each widget afterwards."""
+def execute(notebook: nbformat.NotebookNode, past_errors: bool = False) -> nbformat.NotebookNode:
+    """Run every cell from the top in a fresh kernel; a sentence stands in for each widget afterwards.
+
+    With ``past_errors`` a cell that fails shows its error and the next one is run all the same.
+    """
     os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")
     client = PatientClient(
         notebook,
         timeout=CELL_TIMEOUT,
         kernel_name="python3",
         record_timing=False,
+        allow_errors=past_errors,
         coalesce_streams=True,  # how the kernel cut its output is chance
         resources={"metadata": {"path": str(HERE)}},
     )
@@ -221,8 +225,11 @@ def figure_texts(notebook: nbformat.NotebookNode) -> list[str]:
 
 
 def page(source: Path, out: Path) -> None:
-    """Run one notebook and write it as a page that needs no network, with its figures as PNG."""
-    notebook = execute(read(source))
+    """Run one notebook and write it as a page that needs no network, with its figures as PNG.
+
+    A cell that fails costs its own output, not the page.
+    """
+    notebook = execute(read(source), past_errors=True)
     figures = out / f"{source.stem}_figures"
     if figures.exists():
         shutil.rmtree(figures)
@@ -244,6 +251,12 @@ def page(source: Path, out: Path) -> None:
         html = html.replace(f'alt="{NO_ALT}"', f'alt="{escape(text_of_figure)}"', 1)
     write(out / f"{source.stem}.html", html)
     print(f"{out / source.stem}.html and {len(list(figures.iterdir()))} figures in {figures}")
+    for cell in notebook.cells:
+        for output in cell.get("outputs", []):
+            if output.output_type == "error":
+                print(
+                    f"{cell['id']} failed here, the page shows how: {output.ename} {output.evalue}"
+                )
 
 
 def main() -> None:

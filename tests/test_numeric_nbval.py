@@ -161,3 +161,19 @@ def test_nbval_compares_numbers(pytester, request, processes):
     assert failed == {number for number, passes in enumerate(expected) if not passes}, told
     result.assert_outcomes(passed=sum(expected), failed=len(failed))
     assert "75.0 became 70.0, by more than 3.75" in told
+
+
+@pytest.mark.parametrize(
+    ("folder", "asked", "capability"),
+    [(".", [], None), ("lab", [], "default"), ("lab", ["--lot", "own"], None)],
+)
+def test_a_student_version_is_run_as_on_another_machine(pytester, folder, asked, capability):
+    cell = nbformat.v4.new_code_cell(
+        'import os; assert os.environ.get("ATEN_CPU_CAPABILITY") == ' + repr(capability)
+    )
+    (pytester.path / folder).mkdir(exist_ok=True)
+    path = pytester.path / folder / "tiny.ipynb"
+    nbformat.write(nbformat.v4.new_notebook(cells=[cell]), path)
+    pytester.makeconftest('pytest_plugins = ["tests.numeric_nbval"]')
+    result = pytester.runpytest("--nbval", "--nbval-current-env", *asked, str(path))
+    result.assert_outcomes(passed=1)
