@@ -95,12 +95,19 @@ def test_the_command_of_a_run_makes_the_same_run(tmp_path):
     ("text", "words"),
     [
         ("runs = 3", r"\[\[runs\]\] blocks"),
-        ("[[runs]\n", "not TOML"),
+        ("[[runs]\n", "not a readable grid in TOML"),
         ("[[runs]]\nalgoritm = 'maml'", "block 1: unknown options: algoritm"),
         ("[[runs]]\nalgorithm = 'mamml'", "block 1: .*Did you mean 'maml'"),
-        ("[[runs]]\n[[runs]]\n", "block 2: a second run named 'point2d-optimal-emrld-ws-seed0'"),
-        ("[[runs]]\nname = '{wrl}'", "no option 'wrl'"),
-        ("[[runs]]\nname = '../{env}'", "expected a folder's name"),
+        ("[[runs]]\n", "block 1: expected options of train, at least one"),
+        ("[[runs]]\nseed = []", "block 1: expected 1 to 10000 runs .*got 0"),
+        (f"[[runs]]\nseed = {[*range(101)]}\nepisodes = {[*range(1, 101)]}", "got 10100"),
+        ("[[runs]]\nseed = 0\n[[runs]]\nseed = 0", "block 2: a second run named 'point2d-optimal"),
+        (
+            "[[runs]]\nnormalise = 'false'",
+            "block 1: normalise: expected true or false, got 'false'",
+        ),
+        ("[[runs]]\nseed = 0\nname = '{wrl}'", "no option 'wrl'"),
+        ("[[runs]]\nseed = 0\nname = '../{env}'", "expected a folder's name"),
     ],
 )
 def test_a_grid_that_cannot_be_run_is_refused_by_block(tmp_path, text, words):
