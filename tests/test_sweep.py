@@ -11,14 +11,24 @@ import sys
 import threading
 import time
 
+import psutil
 import pytest
 import torch
+from distributed import Client
+from distributed.security import Security
 
 from emrld_lite import storage
 from emrld_lite.config import TrainConfig
 from emrld_lite.experiments import runs
 from emrld_lite.experiments.grid import command_of, load_grid
-from emrld_lite.experiments.sweep import iterations_done, make_run, partial_folder, sweep
+from emrld_lite.experiments.sweep import (
+    iterations_done,
+    local_cluster,
+    make_run,
+    partial_folder,
+    quiet,
+    sweep,
+)
 from emrld_lite.trpo import TrustRegion
 from emrld_lite.validation import InputError
 
@@ -95,12 +105,19 @@ def test_the_command_of_a_run_makes_the_same_run(tmp_path):
     ("text", "words"),
     [
         ("runs = 3", r"\[\[runs\]\] blocks"),
-        ("[[runs]\n", "not TOML"),
+        ("[[runs]\n", "not a readable grid in TOML"),
         ("[[runs]]\nalgoritm = 'maml'", "block 1: unknown options: algoritm"),
         ("[[runs]]\nalgorithm = 'mamml'", "block 1: .*Did you mean 'maml'"),
-        ("[[runs]]\n[[runs]]\n", "block 2: a second run named 'point2d-optimal-emrld-ws-seed0'"),
-        ("[[runs]]\nname = '{wrl}'", "no option 'wrl'"),
-        ("[[runs]]\nname = '../{env}'", "expected a folder's name"),
+        ("[[runs]]\n", "block 1: expected options of train, at least one"),
+        ("[[runs]]\nseed = []", "block 1: expected 1 to 10000 runs .*got 0"),
+        (f"[[runs]]\nseed = {[*range(101)]}\nepisodes = {[*range(1, 101)]}", "got 10100"),
+        ("[[runs]]\nseed = 0\n[[runs]]\nseed = 0", "block 2: a second run named 'point2d-optimal"),
+        (
+            "[[runs]]\nnormalise = 'false'",
+            "block 1: normalise: expected true or false, got 'false'",
+        ),
+        ("[[runs]]\nseed = 0\nname = '{wrl}'", "no option 'wrl'"),
+        ("[[runs]]\nseed = 0\nname = '../{env}'", "expected a folder's name"),
     ],
 )
 def test_a_grid_that_cannot_be_run_is_refused_by_block(tmp_path, text, words):
@@ -263,3 +280,34 @@ def test_a_run_that_fails_is_named_and_the_others_are_made(tmp_path):
 def test_no_workers_are_refused(tmp_path):
     with pytest.raises(InputError, match="workers"):
         sweep(load_grid(written(tmp_path)), tmp_path / "out", workers=0)
+
+
+def test_a_local_sweep_listens_to_those_with_its_certificate_only():
+    """Every port of every process answers no HTTP, and the scheduler neither TCP nor a stranger's TLS."""
+    with quiet(), local_cluster(1) as cluster, Client(cluster, security=cluster.security) as client:
+        assert client.submit(max, 2, 3).result(timeout=30) == 3
+        own = psutil.Process()
+        ports = {
+            place.laddr
+            for process in (own, *own.children(recursive=True))
+            for place in process.net_connections(kind="inet")
+            if place.status == psutil.CONN_LISTEN
+        }
+        known = {cluster.scheduler.address, *(nanny.address for nanny in cluster.workers.values())}
+        known |= {nanny.worker_address for nanny in cluster.workers.values()}
+        assert {f"tls://{place.ip}:{place.port}" for place in ports} == known
+        address = cluster.scheduler_address
+        for door, security in (
+            (address.replace("tls", "tcp"), None),
+            (address, Security.temporary()),
+        ):
+            with pytest.raises(OSError):
+                Client(door, security=security, timeout="5s")
+
+
+def test_a_sweep_says_how_much_it_begins(tmp_path, capsys):
+    with pytest.raises(InputError, match="cannot reach"):
+        sweep(load_grid(written(tmp_path)), tmp_path / "out", scheduler="tcp://127.0.0.1:1")
+    assert (
+        "4 runs to make, at the stored runs' pace about 12 s of one core" in capsys.readouterr().out
+    )

@@ -117,7 +117,7 @@ def train(
     if said := budget.announcement(
         config, len(load_demonstrations(config.demos, config.env).tasks)
     ):
-        print(said, file=sys.stderr)
+        print(said, flush=True)
     last: Iterate | None = None
     bar: tqdm | None = None
 

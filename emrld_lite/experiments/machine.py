@@ -15,6 +15,7 @@ import torch
 
 from .. import storage
 from ..limits import thread_count
+from ..validation import InputError, shown
 
 PORTABLE = {
     "ATEN_CPU_CAPABILITY": "default",
@@ -59,13 +60,23 @@ def stored_threads(folder: Path) -> int | None:
 
     Raises InputError for a number that this machine has no cores for.
     """
-    path = Path(folder) / "provenance.json"
-    if not path.exists():
-        return None
-    threads = storage.read_json(path, "provenance").get("threads")
+    threads = stored_provenance(folder).get("threads")
     if threads is None:
         return None
-    return thread_count(f"{path}: threads, in place of which --threads can be given", threads)
+    where = Path(folder) / "provenance.json"
+    return thread_count(f"{where}: threads, in place of which --threads can be given", threads)
+
+
+def stored_provenance(folder: Path) -> dict[str, Any]:
+    """Return what a run's provenance.json says, nothing where it is missing; damage raises InputError."""
+    path = Path(folder) / "provenance.json"
+    if not path.exists():
+        return {}
+    stored = storage.read_json(path, "provenance")
+    resumed = stored.get("resumed", [])
+    if not isinstance(resumed, list) or not all(isinstance(one, dict) for one in resumed):
+        raise InputError(f"{path}: resumed: expected a list of objects, got {shown(resumed)}")
+    return stored
 
 
 def processor() -> str:

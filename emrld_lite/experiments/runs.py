@@ -19,7 +19,7 @@ from ..train import Iterate, Record, meta_train
 from ..trpo import TrustRegion
 from ..validation import InputError, number, real_number, shown, whole_number
 from .budget import check_training
-from .machine import provenance, resumption
+from .machine import provenance, resumption, stored_provenance
 
 CHECKPOINT_EVERY = 10  # iterations
 FILES = ("config.json", "curve.csv", "policy.safetensors", "provenance.json")
@@ -107,8 +107,7 @@ def _start(config: TrainConfig, out: Path, resume: bool, command: str | None) ->
     demonstrations = run.load_demonstrations()
     check_training(config, len(demonstrations.tasks))
     if begun:
-        facts = out / "provenance.json"
-        stored = storage.read_json(facts, "provenance") if facts.exists() else {}
+        stored = stored_provenance(out)
         storage.clean_up(out, FILES)
         written = resumption(stored, len(run.curve))
     else:
@@ -145,27 +144,36 @@ def _resumed(config: TrainConfig, out: Path) -> Run:
 def save_checkpoint(out: Path, run: Run) -> None:
     """Write the curve, then the policy with its iteration: what is on disk always fits together.
 
-    The learner's memory is in the policy's file, and the fingerprints of the curve and of the
-    demonstrations: they always belong together. Raises InputError, and writes nothing, for numbers
-    that are not finite and so could not be read back.
+    The learner's memory is in the policy's file, with fingerprints of it, of the curve and of the
+    demonstrations: what does not belong together, or was changed, is noticed when it is read.
+    Raises InputError, and writes nothing, for numbers that are not finite: none could be read back.
     """
+    tensors = {**run.meta_params, **run.learner_state}
     facts = {
         "iterations": str(len(run.curve)),
         "environment": run.config.env,
-        "curve": _fingerprint(run.curve),
+        "curve": _curve_fingerprint(run.curve),
+        "tensors": _tensor_fingerprint(tensors),
     }
     if run.demonstrations is not None:
         facts["demonstrations"] = run.demonstrations
-    tensors = {**run.meta_params, **run.learner_state}
     storage.check_finite(out / "policy.safetensors", tensors)
     storage.write_csv(Path(out) / "curve.csv", Record._fields, [_cells(row) for row in run.curve])
     storage.write_tensors(Path(out) / "policy.safetensors", tensors, facts)
 
 
-def _fingerprint(curve: tuple[Record, ...]) -> str:
+def _curve_fingerprint(curve: tuple[Record, ...]) -> str:
     """Return a hash of a curve as it is stored."""
     text = storage.csv_text(Record._fields, [_cells(row) for row in curve])
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _tensor_fingerprint(tensors: Params) -> str:
+    """Return a hash of named tensors, in whatever order and on whatever device they are."""
+    digest = hashlib.sha256()
+    for name, value in sorted(tensors.items()):
+        digest.update(name.encode() + value.detach().cpu().numpy().astype("<f4").tobytes())
+    return digest.hexdigest()
 
 
 def _cells(record: Record) -> list[str]:
@@ -188,8 +196,10 @@ def load_run(folder: Path) -> Run:
             f"{folder / 'curve.csv'}: expected at least {iterations} rows, got {len(curve)}"
         )
     curve = curve[:iterations]  # a kill after the curve was written leaves it ahead of the policy
-    if facts.get("curve", _fingerprint(curve)) != _fingerprint(curve):
+    if facts.get("curve") not in (None, _curve_fingerprint(curve)):
         raise InputError(f"{folder / 'curve.csv'}: not the curve of {path}: a row was changed")
+    if facts.get("tensors") not in (None, _tensor_fingerprint(tensors)):
+        raise InputError(f"{path}: not as it was stored: a number was changed")
     meta_params = {name: tensors.pop(name) for name in theta}
     return Run(config, curve, meta_params, tensors, facts.get("demonstrations"))
 

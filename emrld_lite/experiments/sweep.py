@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
+import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,19 +13,25 @@ from pathlib import Path
 from typing import NamedTuple
 
 import torch
-from distributed import Client, Future, LocalCluster
+from distributed import Client, Future, Nanny, Scheduler, SpecCluster, Worker
+from distributed.security import Security
 from filelock import FileLock
 from tqdm import tqdm
 
 from ..config import TrainConfig
+from ..limits import cores, readable_time
+from ..storage import check_target
 from ..validation import InputError, positive_count
 from . import runs
+from .budget import seconds_per_iteration
 from .evaluation import evaluate_run, testing_demonstrations, write_evaluation
 from .grid import command_of
 
 POLL = 1.0  # seconds between two looks at the workers
 RETRIES = 2  # of a run that failed by an error; a lost worker's run is always taken up again
 LOST = ("cancelled", "lost")
+# in a worker: Ctrl-C at the terminal reaches it too, and is answered by the sweep that started it
+DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 class Outcome(NamedTuple):
@@ -76,7 +85,7 @@ def sweep(
     InputError when that scheduler cannot be reached or is lost (the same call then goes on), and
     before any run when a folder holds a run with other settings than the grid's.
     """
-    out = Path(out).resolve()
+    out = check_target("out", out, folder=True).resolve()
     kept = [name for name in grid if (out / name).exists()]
     for name in kept:
         if changed := runs.differences(grid[name], runs.load_config(out / name)):
@@ -87,13 +96,62 @@ def sweep(
     missing = {name: config for name, config in grid.items() if name not in kept}
     if not missing:
         return Outcome([], kept, {})
-    with _client(workers, scheduler) as client:
+    if scheduler is None:
+        workers = positive_count(
+            "workers",
+            min(cores(), len(missing)) if workers is None else workers,
+            maximum=4 * cores(),
+        )
+    print(announcement(missing, workers), flush=True)
+    with quiet(), _client(workers, scheduler) as client:
         futures = {
             name: client.submit(make_run, config, str(out / name), pure=False, retries=RETRIES)
             for name, config in missing.items()
         }
         failed = _watch(futures, missing, out)
     return Outcome([name for name in missing if name not in failed], kept, failed)
+
+
+def announcement(missing: dict[str, TrainConfig], workers: int | None) -> str:
+    """Return how many runs there are to make, and about how long they take."""
+    seconds = sum(
+        config.iterations
+        * seconds_per_iteration(config, len(config.environment().training_tasks()))
+        for config in missing.values()
+    )
+    said = f"{len(missing)} runs to make, at the stored runs' pace about {readable_time(seconds)}"
+    if workers is None:
+        return f"{said} of one core's work"
+    return f"{said} / {workers} workers = {readable_time(seconds / workers)}"
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep Dask and asyncio from telling of a lost scheduler: that is said in one line at the end."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
+
+
+class _NoHttp:
+    """A Dask server without the HTTP server that each one starts, open to everyone on the machine."""
+
+    def start_http_server(self, *_: object, **__: object) -> None:
+        """Start none."""
+
+
+class LocalScheduler(_NoHttp, Scheduler):
+    """A scheduler that is reached by TLS alone."""
+
+
+class LocalWorker(_NoHttp, Worker):
+    """A worker that is reached by TLS alone."""
 
 
 @contextmanager
@@ -109,14 +167,46 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
         with client:
             yield client
         return
-    count = positive_count("workers", (os.cpu_count() or 1) if workers is None else workers)
-    with (
-        LocalCluster(
-            n_workers=count, threads_per_worker=1, dashboard_address=None, memory_limit=0
-        ) as cluster,
-        Client(cluster) as client,
-    ):
+    with local_cluster(workers) as cluster, Client(cluster, security=cluster.security) as client:
         yield client
+
+
+def local_cluster(workers: int) -> SpecCluster:
+    """Return a cluster on this machine whose every port asks for a certificate made for it alone.
+
+    Any client of a Dask scheduler can run code on it; so other users of the machine must be none.
+    """
+    security = Security.temporary()
+    common = {"host": "127.0.0.1", "protocol": "tls://", "security": security}
+    work = {
+        "nthreads": 1,
+        "memory_limit": 0,
+        "worker_class": LocalWorker,
+        "preload": DEAF,
+        "silence_logs": logging.CRITICAL,
+    }
+    worker = {"cls": Nanny, "options": {**common, **work}}
+    scheduler = {"cls": LocalScheduler, "options": {**common, "dashboard": False, "port": 0}}
+    with _deaf():  # the workers' processes inherit it until they have read their preload
+        return SpecCluster(
+            scheduler=scheduler,
+            workers=dict.fromkeys(range(workers), worker),
+            security=security,
+            silence_logs=logging.CRITICAL,
+        )
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Ignore Ctrl-C for a moment, where that can be done: signals belong to the main thread."""
+    with contextlib.suppress(ValueError):
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+        return
+    yield
 
 
 def _watch(futures: dict[str, Future], grid: dict[str, TrainConfig], out: Path) -> dict[str, str]:
