@@ -210,7 +210,8 @@ weights = [h * (1 - alpha * h) ** 2, h * (1 - alpha * h)]
 formula = torch.stack([(v * c).sum() / v.sum() for v in weights])
 assert torch.allclose(theta, formula, atol=1e-5)
 assert theta[0] < -0.7 and abs(theta[1]) < 0.01
-print("whole gradient: next to the flat task; first order: in the very middle; as the formula says")
+for name, place, predicted in zip(("whole gradient", "first order"), theta, formula, strict=True):
+    print(f"{name:15} rests at {place:+.3f}, by the formula at {predicted:+.3f}")
 
 # %%
 places = torch.linspace(-1.5, 1.5, 200)
@@ -257,7 +258,7 @@ def angle(meta_params, rule):
     return float(torch.rad2deg(torch.arccos(torch.cosine_similarity(*found, dim=0))))
 
 
-# %% tags=["nbval-ignore-output"]
+# %% tags=["angles", "tolerance:abs=1.5"]
 fresh = policy.initialise(2, 2, seed=0)
 stored = runs.load_run(runs.SHIPPED / "point2d-dense-maml-seed0")
 joint = {"log_density": "joint"}  # the formulas above; averaged over dimensions: half the alpha
@@ -351,8 +352,9 @@ exact = torch.linalg.solve(matrix, target)
 if check.conjugate_gradient(conjugate_gradient):
     for solver in (conjugate_gradient, trpo.conjugate_gradient):
         found = solver(lambda vector: matrix @ vector, target, 200)
-        assert (found - exact).norm() < 1e-3 * exact.norm()
-    print("Your solver and the package's agree with a direct solve at condition number 10,000.")
+        off = float((found - exact).norm() / exact.norm())
+        assert off < 1e-5
+        print(f"off from a direct solve at condition number 10,000 by {off:.4f} of its length")
 
 # %% [markdown]
 # The released code of the paper lets residual and first direction share memory, so its directions are *not* conjugate.
@@ -376,7 +378,7 @@ def aliased(product, target, iterations):
     return solution
 
 
-# %%
+# %% tags=["aliased-cg-errors", "tolerance:abs=0.05"]
 solvers = {"a copy": trpo.conjugate_gradient, "shared memory": aliased}
 errors = {}
 for name, solver in solvers.items():
@@ -385,6 +387,10 @@ for name, solver in solvers.items():
         for n in range(1, 31)
     ]
 assert errors["a copy"][-1] < 0.1 * errors["shared memory"][-1]
+for name, values in errors.items():
+    print(
+        f"{name:14} relative error {values[9]:.3f} after 10 iterations, {values[-1]:.3f} after 30"
+    )
 
 # %%
 figure, axes = plt.subplots(figsize=(6.4, 3.0))
@@ -457,7 +463,8 @@ if check.full_step(full_step):
     kl = policy.kl_divergence(policy.distribution(old, state), policy.distribution(new, state))
     assert torch.allclose(kl, torch.tensor(0.02).double())
     assert torch.allclose(step[1], torch.tensor(-sigma * 0.04**0.5).double())
-    print("The divergence after the full step is 0.02, as asked; the mean moved by sigma * 0.2.")
+    print(f"divergence after the full step: {kl.item():.6f}, asked for 0.02")
+    print(f"the mean moved by {step[1].item():.6f}; minus sigma * 0.2 is {-sigma * 0.2:.6f}")
 
 # %% [markdown]
 # ### Two questions everyone asks
@@ -511,11 +518,12 @@ panels[0].plot(fractions, bound * fractions**2, ":", color="black", label="quadr
 panels[0].legend()
 plt.show()
 
-# %% tags=["adapt-again-numbers"]
+# %% tags=["adapt-again-numbers", "tolerance:0.2"]
 slopes = [float((way[5, 1] - way[3, 1]) / (fractions[5] - fractions[3])) for way in (again, moved)]
 assert slopes[0] < slopes[1] < 0  # steeper when adapted again
 assert again[-1, 0] > moved[-1, 0] > 0
-print("Adapted again, the same step moves the policies further and lowers the surrogate faster.")
+for name, way, slope in zip(("adapted again", "only moved"), (again, moved), slopes, strict=True):
+    print(f"{name:14} mean KL of the full step {way[-1, 0]:.4f}, surrogate's slope {slope:.4f}")
 
 # %% [markdown]
 # *Figure 3. Mean KL (left) and surrogate (right) along one meta-step of a policy that MAML has trained on the dense
@@ -536,7 +544,7 @@ print("Adapted again, the same step moves the policies further and lowers the su
 # for both: how far from its goal an adapted policy ends, and how many of the episodes it adapts on hold any reward at
 # all.
 #
-# **Predict first.** In what share of the first 240 episodes is anything rewarded, dense and sparse? And after sixty
+# **Predict first.** In what share of the first 240 episodes is anything rewarded, dense and sparse? And after thirty
 # meta-iterations?
 
 
@@ -554,22 +562,19 @@ def episodes_with_signal(rollout):
     return float(rollout.rewards.abs().amax(-1).gt(0).float().mean())
 
 
-# %% tags=["live-dense-and-sparse", "nbval-ignore-output"]
+# %% tags=["live-dense-and-sparse", "statistical", "tolerance:1.5"]
 clock.at("dense and sparse, side by side")
 histories = {}
 for reward in ("dense", "sparse"):
-    config = TrainConfig(algorithm="maml", reward=reward, adapt_lr=0.1, iterations=60, **joint)
+    config = TrainConfig(algorithm="maml", reward=reward, adapt_lr=0.1, iterations=30, **joint)
     rows = []
     for iterate in train.meta_train(config, data):
         rows.append((distance_at_the_end(iterate.after), episodes_with_signal(iterate.before)))
-        if iterate.record.iteration % 20 == 19:
-            note = iterate.record.note or "a step was taken"
-            print(
-                f"{reward:6}, {len(rows)} iterations: ends {rows[-1][0]:.2f} from its goal; {note}"
-            )
+        if iterate.record.iteration % 10 == 9:
+            print(f"{reward:6}, {len(rows)} iterations: ends {rows[-1][0]:.2f} from its goal")
     histories[reward] = torch.tensor(rows)
 
-# %% tags=["dense-against-sparse"]
+# %% tags=["dense-against-sparse", "statistical", "tolerance:1.5"]
 figure, panels = plt.subplots(1, 2, figsize=(9, 3.2))
 for (reward, rows), line in zip(histories.items(), ("-", "--"), strict=True):
     for column, axes in enumerate(panels):
@@ -581,12 +586,13 @@ panels[0].legend()
 plt.show()
 dense, sparse = (rows[-10:].mean(0) for rows in histories.values())
 assert dense[0] < 0.6 < 1.2 < sparse[0]
-assert dense[1] == 1.0 and sparse[1] < 0.1
-print("dense: every episode has a signal, and adapted policies end beside their goals;")
-print("sparse: under one episode in ten has any, and the policies end far away")
+assert dense[1] == 1.0 and sparse[1] < 0.4
+print("mean of the last ten iterations")
+for reward, (away, signal) in (("dense", dense), ("sparse", sparse)):
+    print(f"{reward:6} ends {away:.2f} from its goal, share of episodes with a signal {signal:.3f}")
 
 # %% [markdown]
-# *Figure 4. MAML on Point2D for sixty iterations, trained live: distance to the goal at an adapted episode's end
+# *Figure 4. MAML on Point2D for thirty iterations, trained live: distance to the goal at an adapted episode's end
 # (left), and share of the episodes to adapt on in which anything was rewarded (right).*
 #
 # **Where did the gradient go?** Without a reward every return is zero, so is every advantage, and so is the RL loss's
@@ -611,17 +617,19 @@ axes.legend(ncols=2)
 plt.show()
 still = int((lengths["sparse"] == 0).sum())
 assert lengths["dense"].min() > 0 and still >= 8
-print("dense: every task moves; sparse: at least 8 of 12 tasks do not move at all")
+print(f"dense: the shortest step has the length {lengths['dense'].min():.4f}")
+print(f"sparse: {still} of 12 tasks do not move at all")
 
 # %% [markdown]
 # *Figure 5. Length of the first adaptation step in each task, from the same untrained policy.*
 #
 # This is the starvation that Section 3 of the paper describes: reward is needed twice, for the adaptation *and* for the
-# meta-update, and an untrained policy finds it for neither. The curve's note says so ("no step: the gradient is zero")
-# instead of a NaN. A lucky episode breaks it at times, and then MAML learns a little, about the goals in the middle.
+# meta-update, and an untrained policy finds it for neither. A lucky episode breaks it at times; a step is
+# taken then, on the word of that episode, and it may well lead astray. Where a whole batch finds nothing, the record's
+# note says so ("no step: the gradient is zero") instead of a NaN.
 # Trained for longer on the dense reward (`data/runs/point2d-dense-maml-seed0`), the same code does well:
 
-# %% tags=["dense-maml-solves"]
+# %% tags=["dense-maml-solves", "tolerance:abs=4"]
 final = [row.return_after for row in stored.curve[-10:]]
 untrained = stored.curve[0].return_after
 draws = torch.Generator().manual_seed(1)
@@ -631,8 +639,11 @@ test = collect(point, data.tasks, solved, 20, draws)
 nearest = (test.states - data.tasks[:, None, None]).norm(dim=-1)  # (task, episode, time)
 nearest = nearest.masked_fill(test.mask == 0, torch.inf).amin(-1)
 inside = float((nearest < 0.2).float().mean())
-assert inside > 0.9 and min(final) > -45 and untrained < -150
-print("stored run: over 90 % of adapted episodes come within 0.2 of their goal")
+assert inside > 0.8 and min(final) > -45 and untrained < -150
+print(
+    f"stored run: return {untrained:.1f} at first, {sum(final) / 10:.1f} over the last ten iterations"
+)
+print(f"{100 * inside:.1f} % of the adapted episodes come within 0.2 of their goal")
 
 # %% [markdown]
 # So MAML's failure below is not a bug of ours: give it a signal and it solves the same twelve tasks in one step.
@@ -739,7 +750,7 @@ plt.show()
 # *Figure 6. Five episodes (thin) in each of four tasks after one adaptation step, and the demonstrations of these tasks
 # (dashed).*
 
-# %% tags=["meta-bc-error-grows"]
+# %% tags=["meta-bc-error-grows", "tolerance:0.2"]
 _, task_params, rollout = shown["meta-bc"]
 spread = policy.distribution(task_params, data.states)
 miss = (spread.mean - data.actions).norm(dim=-1)  # (task, 1, time), in units of a full step
@@ -750,8 +761,9 @@ gaps = gaps.masked_fill(beyond, torch.inf).amin(-1)  # distance to the nearest s
 late = float(losses.task_mean(gaps[:, :, 20:40], rollout.mask[:, :, 20:40]).mean())
 early = float(losses.task_mean(gaps[:, :, :10], rollout.mask[:, :, :10]).mean())
 assert on_path < 0.1 and late > 3 * early
-print("On the demonstrated states its action is off by less than a tenth of a full step;")
-print("its own episodes are three times further from any shown state late than early.")
+print(f"on the demonstrated states its action is off by {on_path:.3f} of a full step;")
+print(f"its own states are {early:.3f} away from the nearest shown one in steps 1 to 10,")
+print(f"and {late:.3f} in steps 21 to 40")
 
 # %% [markdown]
 # Meta-BC (left) sets off in the right direction, misses its goal by a little, and then does not know what to do:
@@ -772,7 +784,9 @@ def unseen(name):
 
 few, plenty = (unseen(f"point2d-{data}-meta-bc-seed0") for data in ("optimal", "plentiful"))
 assert few < 30 and plenty > 50
-print("twelve paths: under 30; 240 noisy paths: over 50, on the same unseen goals")
+print(
+    f"mean return on the same unseen goals: {few:.1f} from 12 paths, {plenty:.1f} from 240 noisy ones"
+)
 
 # %% [markdown]
 # **And GMPS** (right)**?** Its adaptation is MAML's, so it starves in the same way: where no episode is rewarded,
@@ -785,11 +799,16 @@ trial, task_params, rollout = shown["gmps"]
 seen = trial.rewards.abs().amax((1, 2)) > 0  # (task,)
 run = runs.load_run(runs.SHIPPED / "point2d-optimal-gmps-seed0")
 moved = [(task_params[name] - run.meta_params[name]).flatten(1).norm(dim=1) for name in task_params]
-assert (torch.stack(moved).amax(0)[~seen] == 0).all()
+farthest = float(torch.stack(moved).amax(0)[~seen].max())
+assert farthest == 0
 first = policy.distribution(run.meta_params, data.states[:, :, :1])  # at the start, (task, 1, 1, 2)
 wanted = data.actions[:, 0, 0]  # what each demonstration does first, (task, 2)
-assert (first.mean[0, 0, 0] - wanted.mean(0)).norm() < 0.35
-print("tasks without a reward keep the meta-policy; its first action is near the paths' mean")
+off = float((first.mean[0, 0, 0] - wanted.mean(0)).norm())
+spread = float((wanted - wanted.mean(0)).norm(dim=-1).mean())
+assert off < 0.35 < spread
+print(f"{int((~seen).sum())} of 12 tasks saw no reward; their parameters moved by {farthest:g}")
+print(f"first action: {off:.2f} off the mean of the paths' first actions, which are")
+print(f"{spread:.2f} off it themselves, on average")
 
 # %% [markdown]
 # The paper again: "negligible learning signal", and little data for the meta-update. Both failures are findings only if
