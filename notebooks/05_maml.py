@@ -43,6 +43,9 @@ from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.experiments import plotting, results, runs
+from emrld_lite.experiments.studies import (
+    AS_STORED,  # the paper's plain step, as in the stored runs
+)
 from emrld_lite.learners import TaskData, Trpo, cloning_gradient
 from emrld_lite.rollout import collect
 
@@ -566,7 +569,7 @@ def episodes_with_signal(rollout):
 clock.at("dense and sparse, side by side")
 histories = {}
 for reward in ("dense", "sparse"):
-    config = TrainConfig(algorithm="maml", reward=reward, adapt_lr=0.1, iterations=30, **joint)
+    config = TrainConfig(algorithm="maml", reward=reward, adapt_lr=0.1, iterations=30, **AS_STORED)
     rows = []
     for iterate in train.meta_train(config, data):
         rows.append((distance_at_the_end(iterate.after), episodes_with_signal(iterate.before)))

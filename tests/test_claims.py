@@ -16,6 +16,7 @@ import pytest
 from emrld_lite.demonstrations import load, load_demonstrations
 from emrld_lite.experiments.evaluation import UNSEEN_TASKS
 from emrld_lite.experiments.intervals import bootstrap_interval
+from emrld_lite.experiments.lottery import TARGET, load_draws, median_and_latest
 from emrld_lite.experiments.results import (
     EARNED,
     FLAT,
@@ -378,6 +379,12 @@ CLAIMS = {
         for end in each("half_cheetah", quality, name)[::2]
     ],
     "README#A copy of sub-optimal TwoWheeled data": lambda: [],
+    "README#A run is a draw, and none is lost": lambda: [
+        TARGET,
+        *(sum(wait is not None for wait in waits("emrld-ws")), len(waits("emrld-ws"))),
+        *(median_and_latest(draws("emrld-ws"))[0], min(waits("emrld-ws"))),
+        median_and_latest(draws("emrld-ws"))[1],
+    ],
     "README#A starved trust region costs a seed": lambda: [
         *sorted(training_scores(seeds_of(SHIPPED, STARVED))),
         late("two_wheeled-suboptimal-emrld", STUDY_END),
@@ -464,6 +471,21 @@ CLAIMS = {
     ],
     "ledger#switches": lambda: [UNSEEN_TASKS, *map(switch, switch_runs(SHIPPED))],
 }
+
+
+def draws(algorithm, env="point2d", lot="own", options=""):
+    """Return the stored draws of a training under one lot, on one thread."""
+    kind = (env, algorithm, options, lot, 1)
+    return [
+        draw
+        for draw in load_draws()
+        if (draw.env, draw.algorithm, draw.options, draw.lot, draw.threads) == kind
+    ]
+
+
+def waits(algorithm, **kind):
+    """Return how many iterations each draw took to its target, None where it was not reached."""
+    return [draw.reached for draw in draws(algorithm, **kind)]
 
 
 def said():
