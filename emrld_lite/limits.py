@@ -47,7 +47,7 @@ def check_memory(what: str, needed: float) -> None:
     if needed > (free := memory()):
         raise InputError(
             f"{what}: needs about {readable_bytes(needed)} of memory, and "
-            f"{readable_bytes(free)} are free: about {free / needed:.1%} of it would fit"
+            f"{readable_bytes(free)} are free: about {free / needed:.1g} times as much would fit"
         )
 
 

@@ -1,6 +1,7 @@
 """The command line as scripts use it: exit codes, one-line errors, the files it leaves."""
 
 import csv
+import shutil
 import subprocess
 import sys
 
@@ -15,6 +16,7 @@ from emrld_lite.experiments.results import returns_by_step
 from emrld_lite.experiments.runs import SHIPPED
 
 OPTIMAL = ["demos", "--env", "point2d", "--quality", "optimal"]
+STORED = str(SHIPPED / "point2d-optimal-emrld-seed0")
 FAST = ["--episodes", "2", "--threads", "1"]
 
 
@@ -100,6 +102,26 @@ def test_help_lists_the_choices_of_an_option():
         (["train", "--algorithm", "gmps", "--meta-lr", "0", "--out", "X"], "meta_lr"),
         (["train", "--reward", "densse", "--out", "X"], "Expected one of ('sparse', 'dense')"),
         (["bench", "--iterations", "-1"], "iterations"),
+        (["bench", "--tasks", "-5"], "tasks: expected a whole number of at least 1"),
+        (["bench", "--tasks"], "tasks: expected at least one number"),
+        (["train", "--threads", "100000", "--out", "X"], "threads (this machine has"),
+        (
+            ["train", "--seed", "18446744073709551616", "--out", "X"],
+            "seed: expected a whole number",
+        ),
+        (["train", "--out", ""], "out: expected the name of a folder"),
+        (["train", "--out", "/dev/null"], "out: cannot write /dev/null"),
+        (["train", "--out", "X", "--episodes", "100000"], "memory"),
+        (["train", "--out", "X", "--fisher-samples", "1000000000"], "Fisher samples: needs about"),
+        (["train", "--out", "X", "--cg-iterations", "1000000"], "cg_iterations"),
+        ([*OPTIMAL, "--out", "d.npz", "--tasks", "100000000"], "needs about"),
+        ([*OPTIMAL, "--out", "/dev/null/d.npz"], "out: cannot write"),
+        (["evaluate", "--run", STORED, "--out", "t.csv", "--tasks", "1000000000"], "needs about"),
+        (["evaluate", "--run", STORED, "--out", "t.csv", "--steps", "1000000000"], "needs about"),
+        (["evaluate", "--run", STORED, "--out", "t.csv", "--seed", "99999999999999999999"], "seed"),
+        (["figures", "--out", "F", "--runs-folder", "none"], "none: expected a folder of runs"),
+        (["sweep", "grid.toml"], "--out"),
+        (["sweep", "grid.toml", "--out", "S"], "no such grid"),
     ],
 )
 def test_bad_input_exits_with_2_and_says_why(arguments, words, tmp_path, monkeypatch, capsys):
@@ -107,6 +129,18 @@ def test_bad_input_exits_with_2_and_says_why(arguments, words, tmp_path, monkeyp
     with pytest.raises(SystemExit) as stop:
         main(arguments)
     assert stop.value.code == 2
-    shown = " ".join("".join(capsys.readouterr()).replace("│", " ").split())
-    assert words in shown
+    out, error = capsys.readouterr()
+    assert words in error
+    assert len(error.splitlines()) == 1 and not out, "one line"
     assert not list(tmp_path.iterdir()), "a refused command leaves nothing behind"
+
+
+def test_figures_of_a_damaged_table_are_refused_and_nothing_is_drawn(tmp_path, capsys):
+    name = "point2d-optimal-emrld-seed0"
+    shutil.copytree(SHIPPED / name, tmp_path / "runs" / name)
+    table = tmp_path / "runs" / name / "unseen.csv"
+    table.write_bytes(table.read_bytes()[:-200])
+    with pytest.raises(SystemExit):
+        main(["figures", "--out", str(tmp_path / "out"), "--runs-folder", str(tmp_path / "runs")])
+    assert "unseen.csv" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,11 +1,14 @@
 """Demonstration files: what is shipped, round trips, and every way a file can be wrong."""
 
+import os
+import tracemalloc
+
 import gymnasium
 import numpy as np
 import pytest
 import torch
 
-from emrld_lite import demonstrations
+from emrld_lite import demonstrations, limits
 from emrld_lite.demonstrators import expert, recipes
 from emrld_lite.envs import GYMNASIUM_IDS, make
 from emrld_lite.validation import InputError
@@ -72,6 +75,15 @@ def test_saving_and_loading_keeps_everything_and_the_bytes(tmp_path):
         ({"actions": np.zeros((3, 4, 2), dtype=np.int64)}, "actions: expected floating"),
         ({"states": np.zeros((3, 0, 2), dtype=np.float32)}, "states: expected"),
         ({"seed": np.array(1.5)}, "seed: expected one whole number"),
+        (
+            {"states": np.full((3, 4, 2), 1e300)},
+            "states: expected at most 1000 in size, got 1e.300, task 0",
+        ),
+        (
+            {"actions": np.full((3, 4, 2), -101.0)},
+            "actions: expected at most 100 in size, got 101, task 0",
+        ),
+        ({"maker": np.array([1, 2])}, "maker: expected one text"),
     ],
 )
 def test_a_wrong_file_is_refused_by_name_and_field(tmp_path, changes, words):
@@ -103,9 +115,30 @@ def test_a_truncated_file_is_refused(tmp_path):
         demonstrations.load(path)
 
 
+def test_an_array_that_nobody_reads_is_not_inflated(tmp_path):
+    np.savez_compressed(tmp_path / "bomb.npz", **good_arrays(), more=np.zeros(30_000_000))
+    tracemalloc.start()
+    demonstrations.load(tmp_path / "bomb.npz")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 10_000_000
+
+
+def test_arrays_beyond_the_memory_are_refused_by_what_they_declare(tmp_path, monkeypatch):
+    monkeypatch.setattr(limits, "memory", lambda: 1000)
+    with pytest.raises(InputError, match=r"good\.npz: reading it: needs about .* would fit"):
+        demonstrations.load(write(tmp_path / "good.npz"))
+
+
+def test_what_is_no_regular_file_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe.npz")
+    with pytest.raises(InputError, match=r"pipe\.npz: expected a regular file"):
+        demonstrations.load(tmp_path / "pipe.npz")
+
+
 def test_a_pickled_array_is_never_loaded(tmp_path):
-    np.savez(tmp_path / "pickled.npz", tasks=np.array([{"a": 1}], dtype=object))
-    with pytest.raises(InputError, match="pickle"):
+    write(tmp_path / "pickled.npz", tasks=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(InputError, match="tasks: holds pickled objects, which are never loaded"):
         demonstrations.load(tmp_path / "pickled.npz")
 
 

@@ -8,21 +8,24 @@ import math
 import os
 import platform
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 
 import pytest
+import safetensors
 import safetensors.torch
 import torch
 
 from emrld_lite import learners, policy, storage, trpo
 from emrld_lite.config import TrainConfig
+from emrld_lite.demonstrations import SHIPPED as SHIPPED_DEMONSTRATIONS
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
-from emrld_lite.experiments import elsewhere, machine, results, runs
+from emrld_lite.experiments import elsewhere, evaluation, machine, results, runs
 from emrld_lite.rollout import episode_returns
 from emrld_lite.train import meta_train
 from emrld_lite.validation import InputError
@@ -389,3 +392,130 @@ def test_the_portable_run_is_repeated_digit_for_digit(tmp_path):
             f"digits are compared on x86 with the same versions; another {' and '.join(differing)}"
         )
     assert without_time(again) == without_time(stored.curve[:6])
+
+
+# --- what belongs together ----------------------------------------------------------------------
+
+
+def own_demonstrations(tmp_path):
+    """Return the configuration of a run on a file of its own, and the file."""
+    path = tmp_path / "mine.npz"
+    shutil.copy(SHIPPED_DEMONSTRATIONS / "point2d-optimal.npz", path)
+    return dataclasses.replace(SMALL, demos=str(path), iterations=1), path
+
+
+def test_other_demonstrations_under_the_same_name_are_noticed(tmp_path):
+    config, path = own_demonstrations(tmp_path)
+    runs.train_run(config, tmp_path / "run")
+    shutil.copy(SHIPPED_DEMONSTRATIONS / "point2d-suboptimal.npz", path)
+    more = dataclasses.replace(config, iterations=2)
+    with pytest.raises(InputError, match=r"demos: expected .*mine\.npz' holds others now"):
+        runs.train_run(more, tmp_path / "run", resume=True)
+    with pytest.raises(InputError, match="holds others now"):
+        evaluation.testing_demonstrations(runs.load_run(tmp_path / "run"), 1)
+
+
+def test_the_same_demonstrations_are_known_wherever_they_lie(tmp_path):
+    config, path = own_demonstrations(tmp_path)
+    runs.train_run(config, tmp_path / "run")
+    moved = path.rename(tmp_path / "moved.npz")
+    path.symlink_to(moved)
+    more = dataclasses.replace(config, iterations=2)
+    assert len(runs.train_run(more, tmp_path / "run", resume=True).curve) == 2
+
+
+def test_a_run_is_not_cut_shorter_by_a_resume(tmp_path):
+    runs.train_run(dataclasses.replace(SMALL, iterations=3), tmp_path / "run")
+    with pytest.raises(InputError, match="iterations: expected at least the 3"):
+        runs.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run", resume=True)
+    assert runs.load_config(tmp_path / "run").iterations == 3
+
+
+def test_a_resume_with_other_threads_is_written_down(tmp_path, monkeypatch):
+    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    here = machine.provenance()
+    monkeypatch.setattr(machine, "provenance", lambda: {**here, "threads": 7})
+    for iterations in (2, 3):
+        runs.train_run(
+            dataclasses.replace(SMALL, iterations=iterations), tmp_path / "run", resume=True
+        )
+    facts = json.loads((tmp_path / "run/provenance.json").read_text())
+    assert facts["threads"] == here["threads"]
+    assert facts["resumed"] == [{"from_iteration": 1, "threads": 7}], "once, not at each resume"
+
+
+def test_a_machine_without_git_trains_all_the_same(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    assert json.loads((tmp_path / "run/provenance.json").read_text())["commit"] == "unknown"
+
+
+def test_a_start_that_fails_leaves_nothing_in_the_way(tmp_path, monkeypatch):
+    def full(path, content):
+        raise OSError("disk full")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runs.storage, "write_json", full)
+        with pytest.raises(OSError):
+            runs.train_run(SMALL, tmp_path / "run")
+    assert len(runs.train_run(SMALL, tmp_path / "run").curve) == SMALL.iterations
+
+
+def test_stale_temporary_files_are_cleaned_up_by_a_resume(tmp_path):
+    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    (tmp_path / "run/.curve.csv.a1b2c3").write_text("killed here")
+    runs.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run", resume=True)
+    assert not list((tmp_path / "run").glob(".*"))
+
+
+def test_numbers_that_could_not_be_read_back_are_not_written(tmp_path):
+    run = runs.train_run(dataclasses.replace(SMALL, algorithm="gmps"), tmp_path / "run")
+    before = (tmp_path / "run/policy.safetensors").read_bytes()
+    name = next(name for name in run.learner_state if "exp_avg_sq" in name)
+    spoiled = {**run.learner_state, name: run.learner_state[name] + math.inf}
+    with pytest.raises(InputError, match=rf"{name}: a value that is not finite"):
+        runs.save_checkpoint(tmp_path / "run", run._replace(learner_state=spoiled))
+    assert (tmp_path / "run/policy.safetensors").read_bytes() == before
+
+
+def test_adam_refuses_a_step_that_its_memory_cannot_hold(tmp_path):
+    config = dataclasses.replace(SMALL, algorithm="meta-bc", adapt_lr=1e3)
+    runs.train_run(config, tmp_path / "run")
+    assert any("not finite" in record.note for record in runs.load_run(tmp_path / "run").curve)
+
+
+def test_a_policy_with_a_changed_number_is_noticed(tmp_path):
+    run = runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    path = tmp_path / "run/policy.safetensors"
+    with safetensors.safe_open(path, "pt") as file:
+        facts = file.metadata()
+    run.meta_params["bias_0"][0] += 1.0
+    safetensors.torch.save_file(run.meta_params, path, facts)
+    with pytest.raises(InputError, match="a number was changed"):
+        runs.load_run(tmp_path / "run")
+
+
+def test_every_stored_run_loads():
+    assert all(runs.load_run(folder).curve for folder in runs.SHIPPED.iterdir())
+
+
+def test_kill_stops_a_training_whole(tmp_path):
+    out = tmp_path / "run"
+    flags = ["--iterations", "400", "--episodes", "2", "--threads", "1"]
+    command = [sys.executable, "-m", "emrld_lite", "train", "--out", str(out), *flags]
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 120
+    while not (out / "policy.safetensors").exists():
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.terminate()
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 143
+    assert said.splitlines()[-1] == (
+        f"stopped; {out} is whole: go on with the same command and --resume"
+    )
+    rows = (out / "curve.csv").read_text().splitlines()
+    assert len(runs.load_run(out).curve) == len(rows) - 1, "not one iteration is lost"

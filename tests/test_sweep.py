@@ -36,7 +36,7 @@ GRID = """
 [[runs]]
 algorithm = ["emrld-ws", "gmps"]
 seed = [0, 1]
-iterations = 40
+iterations = 20
 episodes = 2
 fisher_samples = 20
 cg_iterations = 2
@@ -67,7 +67,7 @@ def test_a_block_is_the_product_of_its_lists(tmp_path):
     expected = TrainConfig(
         algorithm="gmps",
         seed=1,
-        iterations=40,
+        iterations=20,
         episodes=2,
         trust_region=TrustRegion(fisher_samples=20, cg_iterations=2),
     )
@@ -267,7 +267,7 @@ def test_a_scheduler_that_does_not_answer_is_named(tmp_path):
 
 
 def test_a_run_that_fails_is_named_and_the_others_are_made(tmp_path):
-    text = GRID.replace("iterations = 40", "iterations = 2") + (
+    text = GRID.replace("iterations = 20", "iterations = 2") + (
         "[[runs]]\nname = 'broken'\ndemos = 'nowhere.npz'\niterations = 2\n"
     )
     grid = load_grid(written(tmp_path, text))

@@ -114,9 +114,9 @@ def train(
     usable_device(device)
     check_target("out", out, folder=True)
     _set_threads(machine.stored_threads(out) if resume and threads is None else threads)
-    if said := budget.announcement(
-        config, len(load_demonstrations(config.demos, config.env).tasks)
-    ):
+    tasks = len(load_demonstrations(config.demos, config.env).tasks)
+    budget.check_training(config, tasks)
+    if said := budget.announcement(config, tasks):
         print(said, flush=True)
     last: Iterate | None = None
     bar: tqdm | None = None
