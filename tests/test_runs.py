@@ -490,7 +490,7 @@ def test_a_policy_with_a_changed_number_is_noticed(tmp_path):
     with safetensors.safe_open(path, "pt") as file:
         facts = file.metadata()
     run.meta_params["bias_0"][0] += 1.0
-    safetensors.torch.save_file(run.meta_params, path, facts)
+    safetensors.torch.save_file({**run.meta_params, **run.learner_state}, path, facts)
     with pytest.raises(InputError, match="a number was changed"):
         runs.load_run(tmp_path / "run")
 
