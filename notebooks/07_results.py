@@ -510,7 +510,7 @@ assert max(near[:5]) < 4 and np.mean(near[-10:]) < 8
 if facts["processor"] == machine.processor() and torch.__version__ == facts["versions"]["torch"]:
     assert all(same)
 print(f"from the stored curve: {max(near[:5]):.1f} at most in the first five iterations,")
-print(f"{np.mean(near[-10:]):.1f} on average in the last ten, where the return is {live[-1].return_after:.1f}")
+print(f"{np.mean(near[-10:]):.1f} on average in the last ten; return {live[-1].return_after:.1f}")
 
 # %% [markdown]
 # *Figure 8. EMRLD-WS on Point2D, seed 0: the stored curve, and the same command run just now, for forty iterations.*
