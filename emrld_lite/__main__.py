@@ -13,8 +13,6 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
-from .validation import InputError, one_line
-
 DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
 
 demos makes demonstrations, train meta-trains on them and stores the run, evaluate adapts a stored
@@ -54,15 +52,17 @@ def _exit_codes() -> Iterator[None]:
     in_charge = threading.current_thread() is threading.main_thread()
     before = signal.signal(signal.SIGTERM, terminate) if in_charge else None
     try:
+        from .validation import InputError  # heavy: it loads torch  # noqa: PLC0415
+
         yield
+    except KeyboardInterrupt as stop:  # first: InputError may not be there yet
+        _leave(stopped_by, "; ".join(["stopped", *map(str, stop.args)]))
     except (InputError, OSError, MemoryError) as error:
         _leave(REFUSED, f"error: {error or 'not enough memory'}")
     except RuntimeError as error:
         if NO_MEMORY not in str(error):
             raise
         _leave(REFUSED, f"error: not enough memory: {error}")
-    except KeyboardInterrupt as stop:
-        _leave(stopped_by, "; ".join(["stopped", *stop.args]))
     finally:
         if in_charge:
             signal.signal(signal.SIGTERM, before)
@@ -70,7 +70,7 @@ def _exit_codes() -> Iterator[None]:
 
 def _leave(code: int, message: str) -> None:
     """Print one line on stderr and exit."""
-    print(one_line(message), file=sys.stderr)
+    print(" ".join(message.split()), file=sys.stderr)
     sys.exit(code)
 
 
@@ -79,6 +79,8 @@ def _parse(
 ) -> Callable[[], None]:
     """Return the command that ``arguments`` ask for, with its options; wrong ones raise InputError."""
     import tyro  # noqa: PLC0415
+
+    from .validation import InputError  # noqa: PLC0415
 
     def asked(command: Callable[..., None]) -> Callable[..., Any]:
         @functools.wraps(command)

@@ -243,7 +243,11 @@ def sweep(
     """
     from .sweep import sweep as make_runs  # Dask is only needed here  # noqa: PLC0415
 
-    outcome = make_runs(load_grid(grid), out, workers, scheduler)
+    try:
+        outcome = make_runs(load_grid(grid), out, workers, scheduler)
+    except KeyboardInterrupt as stop:
+        stop.args = ("the same command goes on from the last checkpoints",)
+        raise
     print(f"{out}: {len(outcome.made)} runs made, {len(outcome.kept)} were there already")
     for name, error in outcome.failed.items():
         print(f"failed: {name}: {error}", file=sys.stderr)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import os
 import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,8 +30,6 @@ from .grid import command_of
 POLL = 1.0  # seconds between two looks at the workers
 RETRIES = 2  # of a run that failed by an error; a lost worker's run is always taken up again
 LOST = ("cancelled", "lost")
-# in a worker: Ctrl-C at the terminal reaches it too, and is answered by the sweep that started it
-DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 class Outcome(NamedTuple):
@@ -128,15 +126,12 @@ def announcement(missing: dict[str, TrainConfig], workers: int | None) -> str:
 @contextmanager
 def quiet() -> Iterator[None]:
     """Keep Dask and asyncio from telling of a lost scheduler: that is said in one line at the end."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado")]
-    before = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL + 1)
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
-            logger.setLevel(level)
+        logging.disable(before)
 
 
 class _NoHttp:
@@ -182,12 +177,11 @@ def local_cluster(workers: int) -> SpecCluster:
         "nthreads": 1,
         "memory_limit": 0,
         "worker_class": LocalWorker,
-        "preload": DEAF,
         "silence_logs": logging.CRITICAL,
     }
     worker = {"cls": Nanny, "options": {**common, **work}}
     scheduler = {"cls": LocalScheduler, "options": {**common, "dashboard": False, "port": 0}}
-    with _deaf():  # the workers' processes inherit it until they have read their preload
+    with _deaf():
         return SpecCluster(
             scheduler=scheduler,
             workers=dict.fromkeys(range(workers), worker),
@@ -198,15 +192,19 @@ def local_cluster(workers: int) -> SpecCluster:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Ignore Ctrl-C for a moment, where that can be done: signals belong to the main thread."""
-    with contextlib.suppress(ValueError):
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, before)
+    """Keep Ctrl-C for later, and for good from the processes that begin here.
+
+    At a terminal it reaches the workers too; they are told by the sweep that began them.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
         return
-    yield
+    resource_tracker.ensure_running()  # else it begins here, and lets signals through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _watch(futures: dict[str, Future], grid: dict[str, TrainConfig], out: Path) -> dict[str, str]:
