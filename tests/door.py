@@ -452,7 +452,8 @@ def attack_command(random, folder, base):
 
 # --- the judge ---------------------------------------------------------------------------------
 
-LOADED = (main, commands)  # before a process is made for each case
+# loaded before a process is made for each case; torch loads much when its first optimiser is made
+LOADED = (main, commands, BASE.learner(BASE.initial_policy()))
 ATTACKS = {
     "demonstrations": attack_demonstrations,
     "run": attack_run,
