@@ -308,6 +308,8 @@ def test_a_local_sweep_listens_to_those_with_its_certificate_only():
 def test_a_sweep_says_how_much_it_begins(tmp_path, capsys):
     with pytest.raises(InputError, match="cannot reach"):
         sweep(load_grid(written(tmp_path)), tmp_path / "out", scheduler="tcp://127.0.0.1:1")
-    assert (
-        "4 runs to make, at the stored runs' pace about 12 s of one core" in capsys.readouterr().out
+    said = re.search(
+        r"4 runs to make, at the stored runs' pace about (\d+) s of one core",
+        capsys.readouterr().out,
     )
+    assert 2 <= int(said[1]) <= 20
