@@ -68,6 +68,7 @@ def test_saving_and_loading_keeps_everything_and_the_bytes(tmp_path):
         ({"lengths": np.array([4, 0, 1])}, "got 0 for task 1"),
         ({"lengths": np.array([4, 9, 1])}, "got 9 for task 1"),
         ({"lengths": np.array([4.0, 2.0, 1.0])}, "lengths: expected integer"),
+        ({"lengths": np.array([4, 2, 1], "m8[s]")}, "lengths: expected integer"),
         (
             {"states": np.full((3, 4, 2), np.nan)},
             "states: a value that is not finite, task 0, step 0",

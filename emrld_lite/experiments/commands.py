@@ -19,7 +19,7 @@ from ..demonstrators import recipes
 from ..demonstrators.expert import ExpertConfig, expert_config, save_expert
 from ..envs import make
 from ..evaluate import LATER_RATE
-from ..limits import check_memory, thread_count
+from ..limits import check_memory, readable_bytes, thread_count
 from ..policy import Params
 from ..storage import check_target
 from ..train import Iterate
@@ -77,6 +77,8 @@ def demos(
             raise InputError("expert_out: expected none with --tasks, which trains no expert")
         needed = budget.rollout_memory(make(env), positive_count("tasks", tasks), 1)
         check_memory(f"tasks: demonstrations of {tasks} tasks", needed)
+        if needed > budget.NOTEWORTHY_BYTES:
+            print(f"{tasks} demonstrations: about {readable_bytes(needed)} of memory", flush=True)
         wanted = make(env).test_tasks(tasks, np.random.default_rng(seed))
         expert = recipes.load_or_train_expert(env, quality)
     made = recipes.demonstrate(expert, env, wanted, quality, seed, recipe)
