@@ -44,8 +44,8 @@ class TaskData(NamedTuple):
 def chunks(data: TaskData) -> list[TaskData]:
     """Return the data of a few tasks at a time, their steps packed.
 
-    Meta-losses are means over tasks, so they can be summed up chunk by chunk: memory then does not
-    grow with the number of tasks.
+    Meta-losses are means over tasks, so they can be summed up chunk by chunk: the memory of the
+    work then does not grow with the number of tasks, only that of their episodes and samples.
     """
     before, after, demonstrations = data
     return [

@@ -459,7 +459,7 @@ print(
 # %% [markdown]
 # *Figure 4. Your run (dashed) and its control (solid), live, with the band of the stored seeds of the control.*
 #
-# One run outside the band of three is a hint, not a result. To make it one, put your switch into a grid file with three seeds (or five), let `python -m emrld_lite sweep` run
+# One run outside the band of three is a hint, not a result. To make it one, put your switch into a grid file with three seeds (or five), let `python -m emrld_lite sweep GRID --out FOLDER` run
 # overnight, and compare as in section 4.
 
 # %% tags=["your-experiment-holds"]
