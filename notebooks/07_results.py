@@ -481,7 +481,7 @@ assert over == {("two_wheeled", "meta-bc"), ("two_wheeled", "gmps")}
 # A stored curve is a promise: the same command makes it again. But a sum depends on the order in which it is added up, and
 # every kind of processor has its own. The last digits differ, and after some iterations of thousands of random steps each the curves part: the same seed
 # is another draw on another machine. Notebook 06 shows how far draws lie apart. The run in `data/portable` was made with three environment variables that leave
-# every x86 processor one and the same order (and cost two thirds of the speed). It says of itself:
+# every x86 processor one and the same order (and make it 1.6 times slower, on an AMD EPYC). It says of itself:
 
 # %% tags=["promise"]
 facts = read_json(elsewhere.PORTABLE_RUN / "provenance.json", "provenance")

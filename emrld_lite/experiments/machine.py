@@ -22,7 +22,7 @@ PORTABLE = {
     "ONEDNN_MAX_CPU_ISA": "SSE41",
     "MKL_CBWR": "COMPATIBLE",
 }
-"""Environment variables with which every x86 processor adds up in the same order, at a third of the speed."""
+"""Environment variables with which every x86 processor adds up in the same order, 1.6 times slower."""
 LOTS = {
     "own": {},
     "plain": {"ATEN_CPU_CAPABILITY": "default"},
