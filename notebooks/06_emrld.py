@@ -386,8 +386,7 @@ plt.show()
 
 # %% [markdown]
 # *Figure 3. Meta-iterations until the mean return first is 70: a point per seed, the median as a bar, your own run dotted; a cross
-# stands for a seed that used its budget up. A lot is a machine as far as the digits go: this kind of processor (own), one without vector kernels (plain),
-# MKL's compatible arithmetic.*
+# stands for a seed that used its budget up. A lot is a machine as far as the digits go: this kind of processor (own), or one without vector kernels (plain).*
 #
 # Every seed of EMRLD-WS gets there, and the slowest takes nearly twice as long as the quickest. Whoever shows one curve of this method shows
 # one point of this figure, and a claim about the method is a claim about the whole row.

@@ -27,8 +27,9 @@ def drawn(**changes):
 
 
 def test_a_draw_is_a_training_as_on_another_processor(tmp_path):
-    draw = lottery.play(TINY, "plain", 1, tmp_path / "run")
-    facts = json.loads((tmp_path / "run" / "provenance.json").read_text())
+    folder = tmp_path / "a folder's run"  # neither blank nor quote may part the command
+    draw = lottery.play(TINY, "plain", 1, folder)
+    facts = json.loads((folder / "provenance.json").read_text())
     assert facts["processor"].endswith("DEFAULT")  # torch's word for no vector kernels
     assert (draw.reached, draw.lot, draw.seed, draw.options) == (
         None,

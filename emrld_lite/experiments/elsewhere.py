@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -27,7 +28,7 @@ def train_elsewhere(
     A run that ``out`` holds already goes on. Raises InputError, with the process's last line, for a
     training that failed.
     """
-    words = command_of(config, str(out), threads).split()[1:]
+    words = shlex.split(command_of(config, str(out), threads))[1:]
     if (Path(out) / "config.json").exists():
         words.append("--resume")
     done = subprocess.run(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import shlex
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -92,7 +93,7 @@ def command_of(config: TrainConfig, out: str, threads: int = 1) -> str:
     words = ["python", "-m", "emrld_lite", "train"]
     for option in ALWAYS_SAID:
         words += [f"--{option}", str(getattr(config, option))]
-    return " ".join([*words, *options_of(config), "--threads", str(threads), "--out", out])
+    return shlex.join([*words, *options_of(config), "--threads", str(threads), "--out", out])
 
 
 def options_of(config: TrainConfig) -> list[str]:
