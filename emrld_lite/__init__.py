@@ -24,6 +24,7 @@ GYMNASIUM_IDS = {
     "two_wheeled": "emrld_lite/TwoWheeled-v0",
     "half_cheetah": "emrld_lite/HalfCheetahForwardBackward-v0",
     "two_wheeled_drift": "emrld_lite/TwoWheeledDrift-v0",
+    "two_wheeled_literal_drift": "emrld_lite/TwoWheeledLiteralDrift-v0",
 }
 
 for _name, _id in GYMNASIUM_IDS.items():

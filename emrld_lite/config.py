@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal, get_args
 
 from .adapt import Adaptation
 from .advantage import Score
 from .algorithms import ALGORITHMS, Algorithm
-from .envs import Environment, make
-from .envs.base import Reward
+from .envs import Environment, family, make
+from .envs.base import PaidSide, Reward, Start
 from .envs.point2d import Point2D, StepRule
 from .learners import Adam, Learner, Trpo
 from .losses import Reduction
@@ -27,7 +27,9 @@ from .validation import (
     true_or_false,
 )
 
-EnvironmentName = Literal["point2d", "two_wheeled", "half_cheetah", "two_wheeled_drift"]
+EnvironmentName = Literal[
+    "point2d", "two_wheeled", "half_cheetah", "two_wheeled_drift", "two_wheeled_literal_drift"
+]
 MOST_ROUNDS = 1000  # of the trust region's loops: halved so often, a step is zero
 AlgorithmName = Literal["emrld", "emrld-ws", "maml", "meta-bc", "gmps"]
 
@@ -48,6 +50,9 @@ class TrainConfig:
     """Seed of the policy's start and of every draw."""
     episodes: int = 20
     """Episodes per task, before and again after adaptation (Table 1, adapt batch size)."""
+    started_episodes: int | None = None
+    """Episodes started per task, of which only as many as count are kept, those that end first (released
+    code: 30); by default all are kept."""
     discount: float = Score.discount
     """gamma (Table 1)."""
     gae_lambda: float = Score.gae_lambda
@@ -80,6 +85,13 @@ class TrainConfig:
     """sparse (paper) or dense: minus the distance to the goal, for the cheetah its speed everywhere."""
     step_rule: StepRule = Point2D.step_rule
     """Length of a Point2D step: at-most 0.1 (paper) or exact 0.1 (released code)."""
+    heading: bool = True
+    """Whether a policy in TwoWheeled, with or without drift, sees the heading (paper: a state in R^2)."""
+    start: Start = "rest"
+    """How the cheetah's episodes begin: at rest, or at random (released code)."""
+    paid_side: PaidSide = "both"
+    """The cheetah is paid, or punished, beyond two metres either way (appendix B), or only in the correct
+    direction (section 4.1)."""
     trust_region: TrustRegion = field(default_factory=TrustRegion)
     """TRPO's step."""
     stop_at_return: float | None = None
@@ -90,13 +102,17 @@ class TrainConfig:
         check_choice("network_start", self.network_start, get_args(NetworkStart))
         check_choice("reward", self.reward, get_args(Reward))
         check_choice("step rule", self.step_rule, get_args(StepRule))
+        check_choice("start", self.start, get_args(Start))
+        check_choice("paid side", self.paid_side, get_args(PaidSide))
         check_choice("algorithm", self.algorithm, ALGORITHMS)
         text("demos", self.demos)
-        for name in ("second_order", "normalise", "learn_sigma"):
+        for name in ("second_order", "normalise", "learn_sigma", "heading"):
             true_or_false(name, getattr(self, name))
         positive_count("iterations", self.iterations)
         seed_number("seed", self.seed)
         positive_count("episodes", self.episodes)
+        if self.started_episodes is not None:
+            positive_count("started_episodes", self.started_episodes, minimum=self.episodes)
         real_number("meta_momentum", self.meta_momentum, 0.0, 0.99)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
         if self.stop_at_return is not None:
@@ -116,8 +132,9 @@ class TrainConfig:
 
     def environment(self) -> Environment:
         """Return the environment of the run."""
-        options = {"step_rule": self.step_rule} if self.env == "point2d" else {}
-        return make(self.env, reward=self.reward, **options)
+        own = {option.name for option in fields(family(self.env))}
+        settings = {setting.name: getattr(self, setting.name) for setting in fields(self)}
+        return make(self.env, **{name: settings[name] for name in own & set(settings)})
 
     def comparison_row(self) -> Algorithm:
         """Return the algorithm's row of the comparison."""

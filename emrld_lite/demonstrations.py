@@ -66,6 +66,10 @@ class Demonstrations:
         tensors = ("tasks", "states", "actions", "mask")
         return replace(self, **{name: change(getattr(self, name)) for name in tensors})
 
+    def seen_in(self, environment: Environment) -> Demonstrations:
+        """Return the same trajectories as a policy in ``environment`` would have seen them."""
+        return replace(self, states=environment.observe(self.states))
+
     def take(self, tasks: slice) -> Demonstrations:
         """Return the demonstrations of some tasks."""
         return self.map(lambda values: values[tasks])

@@ -50,6 +50,7 @@ def adaptation_curve(
     real_number("later_rate", later_rate, minimum=0.0)
     score = score or Score()
     later = dataclasses.replace(rule, warm_start=False, adapt_lr=later_rate * rule.adapt_lr)
+    demonstrations = demonstrations.seen_in(environment)
     tasks = demonstrations.tasks
     policy = per_task(meta_params, len(tasks))
     policies = [policy]

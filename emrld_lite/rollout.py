@@ -19,7 +19,7 @@ class Rollout(NamedTuple):
     """Episodes in one batch, as long as the longest of them; after an episode's end everything is zero."""
 
     states: Float[Tensor, "task episode time state"]
-    """State s_t in which the policy acted."""
+    """State s_t in which the policy acted, as it saw it."""
     actions: Float[Tensor, "task episode time action"]
     """Action a_t as the policy drew it, before clipping."""
     rewards: PerStep
@@ -53,16 +53,18 @@ def collect(
     noise = torch.randn(shape, generator=random).to(tasks.device)
     steps: list[tuple[Tensor, ...]] = []
     with torch.inference_mode():  # the cheapest way through a hundred small steps
-        states = environment.reset(tasks, episodes)
-        sigma = distribution(params, states).log_sigma.exp()  # (task, episode, action)
+        states = environment.reset(tasks, episodes, random)
+        seen = environment.observe(states)
+        sigma = distribution(params, seen).log_sigma.exp()  # (task, episode, action)
         noise = noise * sigma[:, :, None]  # (task, episode, time, action)
         alive = torch.ones(shape[:2], device=tasks.device)
         for time in range(environment.horizon):
-            actions = mean(params, states) + noise[:, :, time]
+            actions = mean(params, seen) + noise[:, :, time]
             moved = environment.step(tasks, states, actions, time)
-            steps.append((states, actions, moved.rewards, alive, moved.success * alive))
+            steps.append((seen, actions, moved.rewards, alive, moved.success * alive))
             alive = alive * ~moved.terminated
             states = moved.states
+            seen = environment.observe(states)
             if not alive.any():
                 break
     parts = (torch.stack(part, dim=2) for part in zip(*steps, strict=True))
@@ -74,6 +76,20 @@ def collect(
 def episode_returns(rollout: Rollout) -> Float[Tensor, "task episode"]:
     """Return the undiscounted sum of rewards of each episode."""
     return rollout.rewards.sum(-1)
+
+
+def first_to_end(rollout: Rollout, count: int) -> Rollout:
+    """Return the ``count`` episodes of every task that ended first; of equals, the first drawn.
+
+    The released code starts 30 episodes in parallel and learns from the first 20 that are done:
+    where reaching the goal ends an episode, the rewarded ones are favoured.
+    """
+    lengths = rollout.mask.sum(-1)  # (task, episode)
+    if count >= lengths.shape[1]:
+        return rollout
+    kept = lengths.argsort(dim=-1, stable=True)[:, :count]
+    task = torch.arange(len(kept), device=kept.device)[:, None]
+    return Rollout(*(None if values is None else values[task, kept] for values in rollout))
 
 
 def pack(rollout: Rollout) -> Rollout:

@@ -12,9 +12,10 @@ import torch
 from .adapt import adapt, unmoved_tasks, warm_start
 from .config import TrainConfig
 from .demonstrations import Demonstrations
+from .envs.base import Environment, Tasks
 from .learners import TaskData
 from .policy import Params, own_memory
-from .rollout import Rollout, collect, episode_returns
+from .rollout import Rollout, collect, episode_returns, first_to_end
 from .trpo import Step
 from .validation import InputError
 
@@ -73,7 +74,7 @@ def meta_train(
         )
     world, score = config.environment(), config.score()
     rule = config.adaptation(demonstrations.quality)
-    demos, tasks = demonstrations.to(device), demonstrations.tasks.to(device)
+    demos, tasks = demonstrations.seen_in(world).to(device), demonstrations.tasks.to(device)
     theta = config.initial_policy()
     theta = own_memory(meta_params or theta, order=theta, device=device)
     learner = config.learner(theta)
@@ -82,15 +83,23 @@ def meta_train(
     for iteration in range(len(curve), config.iterations):
         random = iteration_generator(config.seed, iteration)
         start = warm_start(theta, demos, rule)  # EMRLD-WS only
-        before = score(collect(world, tasks, start, config.episodes, random))  # line 6
+        before = score(gather(world, tasks, start, config, random))  # line 6
         adapted = adapt(theta, before, demos, rule)  # line 7
-        after = score(collect(world, tasks, adapted, config.episodes, random))  # line 8
+        after = score(gather(world, tasks, adapted, config, random))  # line 8
         data = TaskData(before, after, demos)
         theta, step = learner.update(theta, data, rule, random)  # line 10
         row = record(iteration, before, after, unmoved_tasks(start, adapted), step)
         yield Iterate(theta, row, before, after, learner.state())
         if config.stop_at_return is not None and row.return_after >= config.stop_at_return:
             return
+
+
+def gather(
+    world: Environment, tasks: Tasks, params: Params, config: TrainConfig, random: torch.Generator
+) -> Rollout:
+    """Return the episodes that one line of Algorithm 1 learns from, (task, episode, time)."""
+    started = config.started_episodes or config.episodes
+    return first_to_end(collect(world, tasks, params, started, random), config.episodes)
 
 
 class Recorder:

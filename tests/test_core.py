@@ -107,6 +107,19 @@ def test_rollout_equals_single_episodes_and_masks_what_follows_the_end():
     assert batch.mask[1:].all()
 
 
+def test_the_episodes_that_end_first_are_kept_whole():
+    batch = random_rollout(3, tasks=3, episodes=9, horizon=12)
+    kept = rollout.first_to_end(batch, 4)
+    for task in range(3):
+        lengths = [int(mask.sum()) for mask in batch.mask[task]]
+        chosen = sorted(range(9), key=lambda episode: (lengths[episode], episode))[:4]
+        for place, episode in enumerate(chosen):
+            assert torch.equal(kept.states[task, place], batch.states[task, episode])
+            assert torch.equal(kept.rewards[task, place], batch.rewards[task, episode])
+            assert kept.success[task, place] == batch.success[task, episode]
+    assert rollout.first_to_end(batch, 9) is batch
+
+
 @pytest.mark.parametrize("function", [rollout.pack, lambda r: rollout.pack(rollout.pack(r))])
 def test_packing_keeps_every_loss(function):
     params, batch = random_params(0, tasks=3), random_rollout(2)

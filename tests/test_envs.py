@@ -13,7 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from emrld_lite.demonstrations import load_demonstrations
-from emrld_lite.envs import GYMNASIUM_IDS, cheetah_body, drawing, half_cheetah, make, point2d
+from emrld_lite.envs import (
+    GYMNASIUM_IDS,
+    cheetah_body,
+    drawing,
+    half_cheetah,
+    make,
+    point2d,
+    two_wheeled,
+)
 from emrld_lite.envs.goals import goals_at
 from emrld_lite.experiments import plotting
 from emrld_lite.policy import initialise
@@ -115,13 +123,14 @@ def test_wheeled_step_against_plain_floats(pose, action, angle):
     assert moved.states[0, 0].tolist() == pytest.approx(expected, abs=1e-5)
 
 
-@given(poses, pairs, st.floats(-0.8, 0.8), st.sampled_from(["rate", "literal"]))
+@given(poses, pairs, st.floats(-0.7, 0.7), st.sampled_from([("", 0.5), ("literal_", 1.0)]))
 @settings(max_examples=60, deadline=None)
-def test_drift_step_against_plain_floats(pose, action, drift, rule):
-    environment = make("two_wheeled_drift", drift_rule=rule)
+def test_drift_step_against_plain_floats(pose, action, drift, reading):
+    word, seconds = reading
+    environment = make(f"two_wheeled_{word}drift")
     tasks = torch.tensor([[drift]])
     moved = environment.step(tasks, torch.tensor([[pose]]), torch.tensor([[action]]), 0)
-    extra = drift * 0.5 if rule == "rate" else drift
+    extra = drift * seconds
     expected = drive_by_hand(pose, action, 0.15, 1.5, extra)
     assert moved.states[0, 0].tolist() == pytest.approx(expected, abs=1e-5)
 
@@ -161,9 +170,63 @@ def test_leaving_the_arena_ends_the_episode_without_success():
 def test_wheeled_training_tasks():
     assert make("two_wheeled").training_tasks().shape == (24, 2)
     assert make("two_wheeled_drift").training_tasks().shape == (9, 1)
+    narrow = make("two_wheeled_drift", largest_drift=0.3)
+    assert narrow.training_tasks()[[0, -1], 0].tolist() == pytest.approx([-0.3, 0.3])
+    assert narrow.sample_tasks(200, np.random.default_rng(0)).abs().max() <= 0.3
+
+
+@pytest.mark.parametrize("name", ["two_wheeled", "two_wheeled_drift", "two_wheeled_literal_drift"])
+def test_a_policy_that_does_not_see_the_heading_drives_the_same_robot(name):
+    blind, seeing = make(name, heading=False), make(name)
+    policy = initialise(2, 2, seed=0)
+    weight = policy["weight_0"]  # one more input, that has no weight
+    same = policy | {"weight_0": torch.cat([weight, torch.zeros_like(weight[:1])])}
+    tasks = seeing.training_tasks()[:3]
+    unseen = collect(blind, tasks, policy, 2, torch.Generator().manual_seed(0))
+    seen = collect(seeing, tasks, same, 2, torch.Generator().manual_seed(0))
+    assert unseen.states.shape[-1] == 2
+    torch.testing.assert_close(unseen.states, seen.states[..., :2], rtol=0, atol=1e-4)
+    assert not torch.equal(seen.states[..., 2], torch.zeros_like(seen.states[..., 2]))
+
+
+def test_a_robot_whose_heading_is_not_seen_is_drawn_along_its_way():
+    states = torch.tensor([[0.0, 0.0], [0.3, 0.4]])
+    assert two_wheeled.pose(states) == pytest.approx([0.3, 0.4, math.atan2(4, 3)])
+    assert two_wheeled.pose(states[:1]) == [0.0, 0.0, 0.0]
 
 
 # --- HalfCheetah ----------------------------------------------------------------------------------
+
+
+def test_cheetah_starts_at_random_within_the_noise_of_gymnasium():
+    environment = make("half_cheetah", start="random")
+    tasks = environment.training_tasks()
+    states = environment.reset(tasks, 40, torch.Generator().manual_seed(0))  # (10, 40, 20)
+    positions = torch.cat([states[..., :8], states[..., 17:18]], -1)
+    assert 0.09 < positions.abs().max() <= 0.1
+    assert positions.std() == pytest.approx(0.1 / math.sqrt(3), rel=0.05)  # uniform
+    assert states[..., 8:17].std() == pytest.approx(0.1, rel=0.05)
+    again = environment.reset(tasks, 40, torch.Generator().manual_seed(0))
+    assert torch.equal(states, again)
+    with pytest.raises(InputError, match="random: expected a generator"):
+        environment.reset(tasks, 40)
+
+
+def test_cheetah_can_be_paid_on_the_correct_side_only():
+    forward = load_demonstrations("optimal", "half_cheetah").actions[0, 0]  # (time, action)
+    tasks = torch.tensor([[1.0], [-1.0]])
+    paid = {}
+    for side in ("both", "correct"):
+        environment = make("half_cheetah", paid_side=side)
+        states, rewards = environment.reset(tasks, 1), []
+        for time, action in enumerate(forward):
+            moved = environment.step(tasks, states, action.expand(2, 1, -1), time)
+            states = moved.states
+            rewards.append(moved.rewards[:, 0])
+        paid[side] = torch.stack(rewards, -1)  # (task, time)
+    assert paid["both"][0].sum() > 0 > paid["both"][1].sum()
+    assert torch.equal(paid["correct"][0], paid["both"][0])
+    assert not paid["correct"][1].any()
 
 
 def test_cheetah_steps_like_mujoco_in_a_plain_loop():
@@ -367,6 +430,7 @@ def test_test_tasks_are_drawn_anew_and_belong(name):
         ("two_wheeled", [1.0], "TwoWheeled goals"),
         ("two_wheeled_drift", [0.9], "TwoWheeledDrift task 0"),
         ("two_wheeled_drift", [0.0, 2.0], "TwoWheeledDrift drifts"),
+        ("two_wheeled_literal_drift", [0.75], "TwoWheeledLiteralDrift task 0.*0.7 rad per step"),
         ("half_cheetah", [0.5], "HalfCheetah task 0"),
         ("half_cheetah", [0.0, 2.0], "HalfCheetah directions"),
     ],

@@ -20,6 +20,9 @@ CONTROL = TrainConfig(
     trust_region=TrustRegion(cg_iterations=4, fisher_samples=20),
 )
 SPARSE = dataclasses.replace(CONTROL, reward="sparse")
+WHEELED = dataclasses.replace(CONTROL, env="two_wheeled")
+ENDING = dataclasses.replace(WHEELED, seed=2)  # robots leave the arena before the time is up
+CHEETAH = dataclasses.replace(CONTROL, env="half_cheetah", episodes=4)
 META_BC = dataclasses.replace(CONTROL, algorithm="meta-bc")
 FAR = dataclasses.replace(CONTROL.trust_region, max_kl=5.0)  # of no use before it is halved
 TOO_FAR = dataclasses.replace(CONTROL, trust_region=FAR)
@@ -31,6 +34,7 @@ CHANGES = {  # setting: another value, and the control where it is not CONTROL
     "iterations": (1, CONTROL),
     "seed": (1, CONTROL),
     "episodes": (3, CONTROL),
+    "started_episodes": (4, ENDING),
     "discount": (0.9, CONTROL),
     "gae_lambda": (0.9, CONTROL),
     "adapt_lr": (0.02, CONTROL),
@@ -47,6 +51,9 @@ CHANGES = {  # setting: another value, and the control where it is not CONTROL
     "network_start": ("xavier", CONTROL),
     "reward": ("sparse", CONTROL),
     "step_rule": ("exact", CONTROL),
+    "heading": (False, WHEELED),
+    "start": ("random", CHEETAH),
+    "paid_side": ("correct", dataclasses.replace(CHEETAH, reward="sparse")),
     "stop_at_return": (-1e9, CONTROL),
 }
 REGION_CHANGES = {

@@ -74,6 +74,7 @@ BY_ENVIRONMENT: dict[str, dict[str, float]] = {
     "point2d": {},
     "two_wheeled": {"iterations": 120},
     "two_wheeled_drift": {"iterations": 200},
+    "two_wheeled_literal_drift": {"iterations": 200},
     "half_cheetah": {"iterations": 250, "discount": 0.97, "gae_lambda": 0.95},
 }
 
@@ -93,10 +94,13 @@ class GoalConditioned(Dynamics):
         self.state_dim = environment.state_dim + environment.task_dim
 
     def reset(
-        self, tasks: Float[Tensor, "task task_dim"], episodes: int
+        self,
+        tasks: Float[Tensor, "task task_dim"],
+        episodes: int,
+        random: torch.Generator | None = None,
     ) -> Float[Tensor, "task episode state"]:
         """Return the initial states with their tasks."""
-        return self._append(tasks, self.environment.reset(tasks, episodes))
+        return self._append(tasks, self.environment.reset(tasks, episodes, random))
 
     def step(
         self,

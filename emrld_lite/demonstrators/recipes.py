@@ -62,6 +62,12 @@ RECIPES: dict[str, dict[str, Recipe]] = {
             success_at_stop=0.7, action_noise=0.1, skipped_steps=8, short_of_reward=0.1
         ),
     },
+    "two_wheeled_literal_drift": {
+        "optimal": Recipe(),
+        "suboptimal": Recipe(
+            success_at_stop=0.7, action_noise=0.1, skipped_steps=8, short_of_reward=0.1
+        ),
+    },
     "half_cheetah": {
         "optimal": Recipe(),
         "suboptimal": Recipe(success_at_stop=0.9, action_noise=0.3, short_of_reward=0.5),

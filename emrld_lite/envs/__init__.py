@@ -27,6 +27,7 @@ ENVIRONMENTS = {  # name: module and class
     "two_wheeled": ("two_wheeled", "TwoWheeled"),
     "half_cheetah": ("half_cheetah", "HalfCheetahForwardBackward"),
     "two_wheeled_drift": ("two_wheeled_drift", "TwoWheeledDrift"),
+    "two_wheeled_literal_drift": ("two_wheeled_drift", "TwoWheeledLiteralDrift"),
 }
 
 

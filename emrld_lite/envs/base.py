@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from torch import Tensor
+from torch import Generator, Tensor
 
 from .. import first_calls  # noqa: F401  (its import makes MKL's first calls)
 from ..validation import InputError
@@ -22,6 +22,8 @@ States = Float[Tensor, "task episode state"]
 Actions = Float[Tensor, "task episode action"]
 PerEpisode = Float[Tensor, "task episode"]
 Reward = Literal["sparse", "dense"]
+Start = Literal["rest", "random"]  # of the cheetah, whose module would load MuJoCo
+PaidSide = Literal["both", "correct"]
 
 
 class Transition(NamedTuple):
@@ -54,11 +56,16 @@ class Dynamics(ABC):
 
     horizon: int
     state_dim: int
+    """Dimensions of what a policy sees of a state."""
     action_dim: int
 
     @abstractmethod
-    def reset(self, tasks: Tasks, episodes: int) -> States:
-        """Return the initial states."""
+    def reset(self, tasks: Tasks, episodes: int, random: Generator | None = None) -> States:
+        """Return the initial states; ``random``, a CPU generator, is drawn from where they vary."""
+
+    def observe(self, states: Float[Tensor, "*at inside"]) -> Float[Tensor, "*at state"]:
+        """Return what a policy sees of states: by default all. What is seen already stays as it is."""
+        return states
 
     @abstractmethod
     def step(self, tasks: Tasks, states: States, actions: Actions, time: int) -> Transition:

@@ -50,7 +50,8 @@ class SingleEpisode(gymnasium.Env):
         else:
             values = np.asarray(chosen, dtype=np.float32).reshape(1, -1)
             self._task = self.environment.check_tasks(torch.from_numpy(values))
-        self._states = self.environment.reset(self._task, episodes=1)
+        start = torch.Generator().manual_seed(int(self.np_random.integers(2**63)))
+        self._states = self.environment.reset(self._task, 1, start)
         self._time, self._path = 0, [self._states[0, 0]]
         self._show()
         return self._observation(), self._info(success=False)
@@ -97,7 +98,7 @@ class SingleEpisode(gymnasium.Env):
             self._window.show(self._picture())
 
     def _observation(self) -> np.ndarray:
-        return self._states[0, 0].numpy().copy()
+        return self.environment.observe(self._states[0, 0]).numpy().copy()
 
     def _info(self, success: bool) -> dict[str, Any]:
         return {"task": self._task[0].numpy().copy(), "success": success}

@@ -8,7 +8,7 @@ from typing import get_args
 import mujoco.batch
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor
 
 from ..validation import InputError, check_choice, positive_count, shaped
@@ -16,8 +16,10 @@ from .base import (
     Actions,
     Axes,
     Environment,
+    PaidSide,
     PerEpisode,
     Reward,
+    Start,
     States,
     Tasks,
     Transition,
@@ -32,6 +34,7 @@ REWARD_BEYOND = 2.0  # metres from the start
 CONTROL_COST = 0.05  # times the squared norm of the action, released code
 POSITION_BOUND, VELOCITY_BOUND = 100.0, 1000.0  # beyond, a simulation counts as broken
 TORSO_X = 17  # where an observation has the torso's x
+START_NOISE = 0.1  # of a random start, as in Gymnasium's HalfCheetah and the released code
 
 
 def observation(
@@ -90,10 +93,11 @@ class HalfCheetahForwardBackward(Environment):
     ## Rewards
     Where the torso is more than 2 m from its start, whichever way: direction times its velocity in
     metres per second, minus 0.05 times the squared norm of the action; 0 elsewhere.
-    ``reward="dense"``: the same everywhere.
+    ``reward="dense"``: the same everywhere. ``paid_side="correct"``: 0 also on the wrong side.
 
     ## Starting state
-    At rest, torso at x = 0, all joints at 0.
+    At rest, torso at x = 0, all joints at 0; ``start="random"``: each position off by up to 0.1, each
+    velocity by a normal number of deviation 0.1.
 
     ## Episode end
     Truncated after 100 steps; terminated, without reward, if the simulation leaves the observation's
@@ -101,11 +105,16 @@ class HalfCheetahForwardBackward(Environment):
 
     ## Tasks and options
     A task is the direction, 1 (forward) or -1 (backward): five slots of each to train on; the tests
-    take both in turn. ``reward`` and ``threads`` as below; InputError for what cannot be used.
+    take both in turn. The options as below; InputError for what cannot be used.
     """
 
     reward: Reward = Environment.reward
     """Paid beyond two metres only (paper), or everywhere, which the experts learn from."""
+    start: Start = "rest"
+    """How an episode begins: at rest, or at random (released code)."""
+    paid_side: PaidSide = "both"
+    """Where the sparse reward is not 0: beyond two metres either way, so that the wrong way is punished
+    (appendix B's formula, released code), or only in the task's direction (section 4.1's words)."""
     threads: int | None = None
     """Native threads; by default as many as torch uses. The numbers do not depend on it."""
 
@@ -120,6 +129,8 @@ class HalfCheetahForwardBackward(Environment):
 
     def __post_init__(self) -> None:
         check_choice("reward", self.reward, get_args(Reward))
+        check_choice("start", self.start, get_args(Start))
+        check_choice("paid side", self.paid_side, get_args(PaidSide))
         if self.threads is not None:
             positive_count("threads", self.threads)
         object.__setattr__(self, "_running", {})
@@ -150,14 +161,16 @@ class HalfCheetahForwardBackward(Environment):
         expected = "a direction of 1 (forward) or -1 (backward)"
         return refuse_wrong("HalfCheetah", tasks, wrong, expected)
 
-    def reset(self, tasks: Tasks, episodes: int) -> States:
-        """Return the start, at rest, of every episode."""
+    def reset(self, tasks: Tasks, episodes: int, random: torch.Generator | None = None) -> States:
+        """Return the start of every episode; raises InputError for a random one without ``random``."""
         count = len(tasks) * positive_count("episodes", episodes)
         threads = self.threads or torch.get_num_threads()
         if self._running.get("size") != (count, threads):
             batch = mujoco.batch.Batch(cheetah_model(), count, threads)
             self._running.update(size=(count, threads), batch=batch)
         self._running["batch"].reset()
+        if self.start == "random":
+            self._disturb(random)
         return self._observe(len(tasks), episodes, tasks.device)
 
     def step(self, tasks: Tasks, states: States, actions: Actions, time: int) -> Transition:
@@ -177,10 +190,24 @@ class HalfCheetahForwardBackward(Environment):
         rewards = run_reward(before, after, tasks, cost, self.time_step)
         beyond = after.abs() > REWARD_BEYOND
         if self.reward == "sparse":
-            rewards = torch.where(beyond, rewards, torch.zeros_like(rewards))
+            rewards = torch.where(beyond & self._paid(after, tasks), rewards, 0.0)
         broken = self._running["broken"].to(states.device)
         rewards = torch.where(broken, torch.zeros_like(rewards), rewards)
         return Transition(moved, rewards, broken, beyond & (after * tasks > 0) & ~broken)
+
+    def _paid(self, x: PerEpisode, tasks: Tasks) -> Bool[Tensor, "task episode"]:
+        """Return whether a place is on a side that pays."""
+        return (x * tasks > 0) | (self.paid_side == "both")
+
+    def _disturb(self, random: torch.Generator | None) -> None:
+        """Move every simulation off its rest, as Gymnasium's HalfCheetah is at its start."""
+        if random is None:
+            raise InputError("random: expected a generator, since start is 'random', got None")
+        positions, velocities = (self._running["batch"].bind(name) for name in ("qpos", "qvel"))
+        shift = 2.0 * torch.rand(positions.shape, generator=random, dtype=torch.float64) - 1.0
+        positions += START_NOISE * shift.numpy()
+        pushed = torch.randn(velocities.shape, generator=random, dtype=torch.float64)
+        velocities += START_NOISE * pushed.numpy()
 
     def _observe(self, tasks: int, episodes: int, device: torch.device) -> States:
         """Return the states of all simulations; one out of bounds is marked broken, and reads zero."""

@@ -112,7 +112,7 @@ class Point2D(Environment):
         """Return goals (task, 2) unless one lies off the upper semicircle of radius 2."""
         return check_goals("Point2D", tasks)
 
-    def reset(self, tasks: Tasks, episodes: int) -> States:
+    def reset(self, tasks: Tasks, episodes: int, random: torch.Generator | None = None) -> States:
         """Return the origin for every episode."""
         return torch.zeros(len(tasks), positive_count("episodes", episodes), 2, device=tasks.device)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import get_args
 
@@ -10,7 +11,7 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
-from ..validation import check_choice, positive_count
+from ..validation import check_choice, positive_count, true_or_false
 from .base import (
     Actions,
     Axes,
@@ -64,15 +65,24 @@ def sparse_reward(
     return torch.where(reached, remaining, near), reached
 
 
+def pose(states: Float[Tensor, "time state"]) -> list[float]:
+    """Return the last x, y and heading; a heading that is not in the states, from the way driven."""
+    if states.shape[-1] == 3:
+        return states[-1].tolist()
+    dx, dy = (states[-1] - states[max(0, len(states) - 2)]).tolist()
+    return [*states[-1].tolist(), math.atan2(dy, dx)]
+
+
 @dataclass(frozen=True)
 class Wheeled(Environment):
     """What both wheeled families share: states, start, step, arena."""
 
     reward: Reward = Environment.reward
     """The paper's sparse reward, or minus the distance to the goal, which the experts learn from."""
+    heading: bool = True
+    """Whether a policy sees the heading; without it, the paper's state in R^2, only x and y."""
 
     horizon = HORIZON
-    state_dim = 3
     action_dim = 2
     v_limit = 0.22
     omega_limit = 2.84
@@ -81,12 +91,22 @@ class Wheeled(Environment):
 
     def __post_init__(self) -> None:
         check_choice("reward", self.reward, get_args(Reward))
+        true_or_false("heading", self.heading)
+
+    @property
+    def state_dim(self) -> int:  # type: ignore[override]
+        """x, y and, where it is seen, the heading."""
+        return 3 if self.heading else 2
+
+    def observe(self, states: Float[Tensor, "*at inside"]) -> Float[Tensor, "*at state"]:
+        """Return (x, y, theta), or x and y alone."""
+        return states[..., : self.state_dim]
 
     @property
     def observation_high(self) -> tuple[float, ...]:  # type: ignore[override]
         """The arena and a step beyond it; the heading is never wrapped."""
         edge = ARENA + self.v_limit * TIME_STEP
-        return (edge, edge, HORIZON * self._largest_turn())
+        return (edge, edge, HORIZON * self._largest_turn())[: self.state_dim]
 
     @property
     def observation_low(self) -> tuple[float, ...]:  # type: ignore[override]
@@ -96,7 +116,7 @@ class Wheeled(Environment):
     def _largest_turn(self) -> float:
         return self.omega_limit * TIME_STEP
 
-    def reset(self, tasks: Tasks, episodes: int) -> States:
+    def reset(self, tasks: Tasks, episodes: int, random: torch.Generator | None = None) -> States:
         """Return the origin, heading along x, for every episode."""
         return torch.zeros(len(tasks), positive_count("episodes", episodes), 3, device=tasks.device)
 
@@ -124,7 +144,7 @@ class Wheeled(Environment):
         goal = self._goals(task[None])[0].tolist()
         box_goal(axes, goal, NEAR, self.reached_box)
         path(axes, states)
-        robot(axes, states[-1].tolist())
+        robot(axes, pose(states))
         axes.set(xlim=(-ARENA, ARENA), ylim=(-ARENA, ARENA))
 
     def draw_tasks(self, axes: Axes, tasks: Tasks) -> None:
@@ -184,7 +204,7 @@ class TwoWheeled(Wheeled):
 
     ## Tasks and options
     A task is the goal's x and y, on the upper semicircle of radius 2: 24 to train on, evenly spread,
-    others drawn uniformly. ``reward`` as below; InputError for an unknown one.
+    others drawn uniformly. ``reward`` and ``heading`` as below; InputError for unknown ones.
     """
 
     name = "two_wheeled"

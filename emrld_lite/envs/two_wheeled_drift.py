@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import TypeVar
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from ..validation import check_choice, positive_count, shaped
+from ..validation import positive_count, real_number, shaped
 from .base import PerEpisode, Tasks, refuse_wrong
 from .goals import Goals
 from .two_wheeled import TIME_STEP, Wheeled
 
 DRIFT_GOAL = (2.0, 1.0)
 DRIFT_LIMIT = 0.8  # rad/s; the paper names one value, -0.65
+LITERAL_LIMIT = 0.7  # rad per step; at 0.75 the drift turns the robot as fast as it can steer
 
-DriftRule = Literal["rate", "literal"]
+Drift = TypeVar("Drift", float, Tensor)
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,6 @@ class TwoWheeledDrift(Wheeled):
     1   y of the robot                -2.575  2.575  length units
     2   heading theta, not wrapped    -115    115    radians
     === ============================= ======= ====== =============
-
-    With ``drift_rule="literal"`` the heading's bounds are -155 and 155.
 
     ## Action space
     === ======================== === === ======================================
@@ -58,50 +57,94 @@ class TwoWheeledDrift(Wheeled):
     after 100 steps.
 
     ## Tasks and options
-    A task is the residual angular velocity omega_g, within 0.8 radians per second of 0: 9 to train
-    on, evenly spread (the paper names none of its nine), others drawn uniformly. ``reward`` and
-    ``drift_rule`` as below; InputError for unknown ones.
+    A task is the residual angular velocity omega_g, at most 0.8 radians per second either way: 9
+    to train on, evenly spread (the paper names none of its nine), others drawn uniformly. ``reward``,
+    ``heading`` and ``largest_drift`` as below; InputError for what cannot be used.
     """
 
-    drift_rule: DriftRule = "rate"
-    """"rate": theta' = theta + (omega + omega_g) dT; "literal": theta + omega_g + omega dT, as printed."""
+    largest_drift: float = DRIFT_LIMIT
+    """The largest drift of any task, either way."""
 
     name = "two_wheeled_drift"
     task_dim = 1
     v_limit = 0.15
     omega_limit = 1.5
     reached_box = 0.1
+    drift_limit = DRIFT_LIMIT
+    drift_unit = "rad/s"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_choice("drift rule", self.drift_rule, get_args(DriftRule))
+        real_number("largest_drift", self.largest_drift, 0.0, self.drift_limit)
 
     def training_tasks(self) -> Tasks:
-        """Return 9 residual angular velocities, evenly spread from -0.8 to 0.8 rad/s."""
-        return torch.linspace(-DRIFT_LIMIT, DRIFT_LIMIT, 9)[:, None]
+        """Return 9 residual angular velocities, evenly spread from the largest to its opposite."""
+        return torch.linspace(-self.largest_drift, self.largest_drift, 9)[:, None]
 
     def sample_tasks(self, count: int, random: np.random.Generator) -> Tasks:
         """Return residual angular velocities drawn uniformly within the same limits."""
-        drawn = random.uniform(-DRIFT_LIMIT, DRIFT_LIMIT, (positive_count("tasks", count), 1))
+        limits = (-self.largest_drift, self.largest_drift)
+        drawn = random.uniform(*limits, (positive_count("tasks", count), 1))
         return torch.tensor(drawn, dtype=torch.float32)
 
     def check_tasks(self, tasks: Tensor) -> Tasks:
-        """Return drifts (task, 1) unless one is larger than 0.8 rad/s."""
-        shaped("TwoWheeledDrift drifts", tasks, ("task", 1))
-        wrong = tasks[:, 0].abs() > DRIFT_LIMIT + 1e-6
-        expected = f"a residual angular velocity within {DRIFT_LIMIT} rad/s of 0"
-        return refuse_wrong("TwoWheeledDrift", tasks, wrong, expected)
+        """Return drifts (task, 1) unless one is larger than the largest of the environment."""
+        name = type(self).__name__
+        shaped(f"{name} drifts", tasks, ("task", 1))
+        wrong = tasks[:, 0].abs() > self.largest_drift + 1e-6
+        expected = f"a residual angular velocity within {self.largest_drift} {self.drift_unit} of 0"
+        return refuse_wrong(name, tasks, wrong, expected)
 
     def _largest_turn(self) -> float:
-        drift = DRIFT_LIMIT * (TIME_STEP if self.drift_rule == "rate" else 1.0)
-        return self.omega_limit * TIME_STEP + drift
+        return self.omega_limit * TIME_STEP + self._drift(self.drift_limit)
 
     def _turn(self, tasks: Tasks, omega: PerEpisode) -> PerEpisode:
-        drift = tasks[:, :1]  # (task, 1), broadcast over episodes
-        if self.drift_rule == "literal":
-            return drift + omega * TIME_STEP
-        return (omega + drift) * TIME_STEP
+        return omega * TIME_STEP + self._drift(tasks[:, :1])  # the same for all episodes
+
+    def _drift(self, drift: Drift) -> Drift:
+        """Return by how much a drift turns the robot in one step, radians."""
+        return drift * TIME_STEP
 
     def _goals(self, tasks: Tasks) -> Goals:
         goal = torch.tensor(DRIFT_GOAL, dtype=tasks.dtype, device=tasks.device)
         return goal.expand(len(tasks), 2)
+
+
+@dataclass(frozen=True)
+class TwoWheeledLiteralDrift(TwoWheeledDrift):
+    """The same with the formula as it is printed: theta' = theta + omega_g + omega dT.
+
+    ## Description
+    The units clash: a velocity is added to an angle. Read literally the drift acts in full in every
+    step of half a second, twice as strongly as a rate; -0.65 takes 0.65 of the 0.75 radians that a
+    step can steer.
+
+    ## Observation space
+    As in TwoWheeledDrift; the heading's bounds are -145 and 145.
+
+    ## Action space
+    As in TwoWheeledDrift.
+
+    ## Rewards
+    As in TwoWheeledDrift.
+
+    ## Starting state
+    The origin, heading along x.
+
+    ## Episode end
+    As in TwoWheeledDrift.
+
+    ## Tasks and options
+    A task is the turn omega_g per step, at most 0.7 radians either way: beyond 0.75 no steering can
+    hold against it. Options as in TwoWheeledDrift.
+    """
+
+    largest_drift: float = LITERAL_LIMIT
+    """The largest drift of any task, either way."""
+
+    name = "two_wheeled_literal_drift"
+    drift_limit = LITERAL_LIMIT
+    drift_unit = "rad per step"
+
+    def _drift(self, drift: Drift) -> Drift:
+        return drift

@@ -27,6 +27,7 @@ SECONDS_PER_TASK = {  # of one iteration of 20 episodes, on one core, in the sto
     "point2d": 0.065,
     "two_wheeled": 0.045,
     "two_wheeled_drift": 0.05,
+    "two_wheeled_literal_drift": 0.05,
     "half_cheetah": 0.19,
 }
 FISHER_SHARE = 0.3  # of an iteration with the default number of samples, measured on Point2D
@@ -37,7 +38,7 @@ def training_memory(config: TrainConfig, tasks: int) -> float:
     """Return about how many bytes meta-training on so many tasks takes at its peak."""
     world = config.environment()
     samples = config.trust_region.fisher_samples if _draws(config) else 0
-    episodes = rollout_memory(world, 1, config.episodes)
+    episodes = rollout_memory(world, 1, config.started_episodes or config.episodes)
     steps = min(WORKED_ON, tasks) * config.episodes * world.horizon
     each = episodes + samples * PER_FISHER_SAMPLE + PER_POLICY
     return BASE + tasks * each + steps * PER_WORKING_STEP
