@@ -61,6 +61,23 @@ def test_what_the_table_holds_is_not_played_again(tmp_path, monkeypatch):
     assert len(played) == len(set(played)) == len(lottery.load_draws(table)) == 6
 
 
+def test_a_draw_that_gave_up_goes_on_with_a_larger_budget(tmp_path, monkeypatch):
+    played = []
+
+    def remembering(config, lot, threads, folder):
+        played.append((config.iterations, folder))
+        return drawn(settings=lottery.settings_hash(config), reached=None, budget=config.iterations)
+
+    monkeypatch.setattr(lottery, "play", remembering)
+    table = tmp_path / "draws.csv"
+    for budget in (2, 2, 9, 5):
+        config = dataclasses.replace(TINY, iterations=budget)
+        list(lottery.lottery(config, [0], ["own"], [1], table, tmp_path / "runs"))
+    assert [iterations for iterations, _ in played] == [2, 9]
+    assert len({folder for _, folder in played}) == 1  # so the run there is resumed
+    assert [draw.budget for draw in lottery.load_draws(table)] == [9]
+
+
 def test_an_unknown_lot_is_refused_before_anything_is_played(tmp_path):
     with pytest.raises(InputError, match="Did you mean 'plain'"):
         list(lottery.lottery(TINY, [0], ["own", "plane"], [1], tmp_path / "d.csv", tmp_path))

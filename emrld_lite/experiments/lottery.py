@@ -105,13 +105,14 @@ def lottery(
 ) -> Iterator[Draw]:
     """Play every combination that the table ``out`` does not hold yet; yields each draw when it is done.
 
-    The table is written anew after every draw, and the runs grow in ``folder``, so a lottery that
-    was stopped goes on. Raises InputError for an unknown lot before any training.
+    A draw that gave up after a smaller budget than the present one goes on. The table is written
+    anew after every draw, and the runs grow in ``folder``, so a lottery that was stopped goes on.
+    Raises InputError for an unknown lot before any training.
     """
     for lot in lots:
         lookup("lot", lot, LOTS)
     known = load_draws(out) if out.exists() else []
-    have = {_key(draw) for draw in known}
+    have = {_key(draw) for draw in known if _ended(draw, config.iterations)}
     with ThreadPoolExecutor(workers) as pool:
         waiting = []
         for seed in seeds:
@@ -125,15 +126,21 @@ def lottery(
                         waiting.append(pool.submit(play, chosen, lot, count, place))
         try:
             for future in as_completed(waiting):
-                known.append(future.result())
+                draw = future.result()
+                known = [other for other in known if _key(other) != _key(draw)] + [draw]
                 write_draws(out, known)
-                yield known[-1]
+                yield draw
         finally:
             pool.shutdown(cancel_futures=True)
 
 
 def _key(draw: Draw) -> tuple[str, str, int, int, float]:
     return (draw.settings, draw.lot, draw.threads, draw.seed, draw.target)
+
+
+def _ended(draw: Draw, budget: int) -> bool:
+    """Return whether ``budget`` iterations would tell nothing more."""
+    return draw.reached is not None or draw.budget >= budget
 
 
 def write_draws(path: Path, draws: Sequence[Draw]) -> None:
