@@ -25,7 +25,14 @@ from emrld_lite.demonstrations import SHIPPED as SHIPPED_DEMONSTRATIONS
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.evaluate import adaptation_curve
-from emrld_lite.experiments import elsewhere, evaluation, machine, results, runs
+from emrld_lite.experiments import (
+    checkpoints,
+    elsewhere,
+    evaluation,
+    machine,
+    results,
+    runs,
+)
 from emrld_lite.rollout import episode_returns
 from emrld_lite.train import meta_train
 from emrld_lite.validation import InputError
@@ -40,23 +47,23 @@ SMALL = TrainConfig(
 
 
 def test_the_same_seed_gives_the_same_run_bit_for_bit(tmp_path):
-    one, two = (runs.train_run(SMALL, tmp_path / name) for name in ("a", "b"))
+    one, two = (checkpoints.train_run(SMALL, tmp_path / name) for name in ("a", "b"))
     assert without_time(one.curve) == without_time(two.curve)
     assert all(torch.equal(one.meta_params[k], two.meta_params[k]) for k in one.meta_params)
 
 
 def test_another_seed_gives_another_run(tmp_path):
-    one = runs.train_run(SMALL, tmp_path / "a")
-    two = runs.train_run(dataclasses.replace(SMALL, seed=1), tmp_path / "b")
+    one = checkpoints.train_run(SMALL, tmp_path / "a")
+    two = checkpoints.train_run(dataclasses.replace(SMALL, seed=1), tmp_path / "b")
     assert without_time(one.curve) != without_time(two.curve)
 
 
 @pytest.mark.parametrize("algorithm", ["emrld", "emrld-ws", "maml", "meta-bc", "gmps"])
 def test_stop_and_resume_gives_the_same_curve_as_no_stop(tmp_path, algorithm):
     whole = dataclasses.replace(SMALL, algorithm=algorithm)
-    straight = runs.train_run(whole, tmp_path / "straight")
-    runs.train_run(dataclasses.replace(whole, iterations=2), tmp_path / "stopped")
-    resumed = runs.train_run(whole, tmp_path / "stopped", resume=True)
+    straight = checkpoints.train_run(whole, tmp_path / "straight")
+    checkpoints.train_run(dataclasses.replace(whole, iterations=2), tmp_path / "stopped")
+    resumed = checkpoints.train_run(whole, tmp_path / "stopped", resume=True)
     assert without_time(resumed.curve) == without_time(straight.curve)
     assert all(
         torch.equal(resumed.meta_params[k], straight.meta_params[k]) for k in straight.meta_params
@@ -67,7 +74,7 @@ def test_stop_and_resume_gives_the_same_curve_as_no_stop(tmp_path, algorithm):
 
 
 def test_a_run_folder_says_how_it_was_made(tmp_path):
-    runs.train_run(SMALL, tmp_path / "run")
+    checkpoints.train_run(SMALL, tmp_path / "run")
     assert json.loads((tmp_path / "run/config.json").read_text())["algorithm"] == "emrld-ws"
     facts = json.loads((tmp_path / "run/provenance.json").read_text())
     assert {"versions", "commit", "machine", "processor", "threads", "command"} <= set(facts)
@@ -81,12 +88,12 @@ def test_a_run_folder_says_how_it_was_made(tmp_path):
 
 
 def test_training_stops_at_the_asked_return(tmp_path):
-    run = runs.train_run(dataclasses.replace(SMALL, stop_at_return=-1.0), tmp_path / "run")
+    run = checkpoints.train_run(dataclasses.replace(SMALL, stop_at_return=-1.0), tmp_path / "run")
     assert len(run.curve) == 1
 
 
 def test_a_run_from_before_a_setting_keeps_what_it_did(tmp_path):
-    runs.train_run(SMALL, tmp_path / "run")
+    checkpoints.train_run(SMALL, tmp_path / "run")
     path = tmp_path / "run/config.json"
     older = {
         name: value for name, value in json.loads(path.read_text()).items() if name != "log_density"
@@ -97,13 +104,13 @@ def test_a_run_from_before_a_setting_keeps_what_it_did(tmp_path):
 
 
 def test_a_run_is_not_overwritten_and_not_resumed_with_other_settings(tmp_path):
-    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     with pytest.raises(InputError, match="already holds a run"):
-        runs.train_run(SMALL, tmp_path / "run")
+        checkpoints.train_run(SMALL, tmp_path / "run")
     with pytest.raises(InputError, match="seed differ"):
-        runs.train_run(dataclasses.replace(SMALL, seed=5), tmp_path / "run", resume=True)
+        checkpoints.train_run(dataclasses.replace(SMALL, seed=5), tmp_path / "run", resume=True)
     with pytest.raises(InputError, match="nothing to resume"):
-        runs.train_run(SMALL, tmp_path / "other", resume=True)
+        checkpoints.train_run(SMALL, tmp_path / "other", resume=True)
 
 
 @pytest.mark.parametrize(("slowdown", "threads"), [(0.5, 2), (2.0, 1)])
@@ -128,7 +135,7 @@ def test_one_core_gets_one_thread(monkeypatch):
 
 
 def test_threads_are_remembered(tmp_path):
-    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     assert machine.stored_threads(tmp_path / "run") == torch.get_num_threads()
     assert machine.stored_threads(tmp_path / "none") is None
 
@@ -139,10 +146,10 @@ def test_ctrl_c_leaves_a_whole_run_that_resumes(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        runs.train_run(SMALL, tmp_path / "run", on_iteration=interrupt)
+        checkpoints.train_run(SMALL, tmp_path / "run", on_iteration=interrupt)
     assert len(runs.load_run(tmp_path / "run").curve) == 2
-    resumed = runs.train_run(SMALL, tmp_path / "run", resume=True)
-    straight = runs.train_run(SMALL, tmp_path / "straight")
+    resumed = checkpoints.train_run(SMALL, tmp_path / "run", resume=True)
+    straight = checkpoints.train_run(SMALL, tmp_path / "straight")
     assert without_time(resumed.curve) == without_time(straight.curve)
 
 
@@ -159,15 +166,15 @@ def test_kill_9_in_the_middle_then_resume(tmp_path):
     process.send_signal(signal.SIGKILL)
     process.wait()
     killed = runs.load_run(out)
-    assert len(killed.curve) % runs.CHECKPOINT_EVERY == 0
+    assert len(killed.curve) % checkpoints.CHECKPOINT_EVERY == 0
     more = dataclasses.replace(killed.config, iterations=len(killed.curve) + 2)
-    resumed = runs.train_run(more, out, resume=True)
-    straight = runs.train_run(more, tmp_path / "straight")
+    resumed = checkpoints.train_run(more, out, resume=True)
+    straight = checkpoints.train_run(more, tmp_path / "straight")
     assert without_time(resumed.curve) == without_time(straight.curve)
 
 
 def test_a_full_disk_keeps_the_last_checkpoint(tmp_path, monkeypatch):
-    runs.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run")
     kept = (tmp_path / "run/policy.safetensors").read_bytes()
 
     def full(descriptor):
@@ -176,17 +183,17 @@ def test_a_full_disk_keeps_the_last_checkpoint(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(storage.os, "fsync", full)
         with pytest.raises(OSError, match=r"cannot write .*No space left.*previous version"):
-            runs.train_run(SMALL, tmp_path / "run", resume=True)
+            checkpoints.train_run(SMALL, tmp_path / "run", resume=True)
     assert (tmp_path / "run/policy.safetensors").read_bytes() == kept
     assert not list((tmp_path / "run").glob(".*")), "temporary files are cleaned up"
-    resumed = runs.train_run(SMALL, tmp_path / "run", resume=True)
+    resumed = checkpoints.train_run(SMALL, tmp_path / "run", resume=True)
     assert len(resumed.curve) == 4
 
 
 def test_an_unwritable_folder_is_named_before_any_training(tmp_path):
     (tmp_path / "file").write_text("not a folder")
     with pytest.raises(InputError, match="cannot write"):
-        runs.train_run(SMALL, tmp_path / "file" / "run")
+        checkpoints.train_run(SMALL, tmp_path / "file" / "run")
 
 
 def damage_curve(folder):
@@ -227,7 +234,7 @@ def poison_policy(folder):
     ],
 )
 def test_damaged_runs_are_refused_by_file_and_field(tmp_path, damage, words):
-    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     damage(tmp_path / "run")
     with pytest.raises(InputError, match=words):
         runs.load_run(tmp_path / "run")
@@ -241,7 +248,7 @@ def test_a_non_finite_update_never_reaches_the_policy(tmp_path, monkeypatch):
         return piece._replace(gradient=piece.gradient * math.nan)
 
     monkeypatch.setattr(learners, "surrogate_gradient", broken)
-    run = runs.train_run(SMALL, tmp_path / "run")
+    run = checkpoints.train_run(SMALL, tmp_path / "run")
     start = policy.initialise(2, 2, seed=0)
     assert all(torch.equal(run.meta_params[name], start[name]) for name in start)
     notes = [record.note for record in runs.load_run(tmp_path / "run").curve]
@@ -367,7 +374,7 @@ def test_the_first_iterations_of_a_stored_run_can_be_replayed_anywhere(tmp_path)
     facts = json.loads((folder / "provenance.json").read_text())
     assert re.fullmatch("[0-9a-f]{40}", facts["commit"])
     config = dataclasses.replace(stored.config, iterations=2)
-    first, second = runs.train_run(config, tmp_path / "again").curve
+    first, second = checkpoints.train_run(config, tmp_path / "again").curve
     for name in ("return_before", "return_after", "kl", "env_steps"):
         assert getattr(first, name) == pytest.approx(getattr(stored.curve[0], name), rel=1e-3)
     assert second.return_before == pytest.approx(stored.curve[1].return_before, rel=1e-2)
@@ -406,37 +413,39 @@ def own_demonstrations(tmp_path):
 
 def test_other_demonstrations_under_the_same_name_are_noticed(tmp_path):
     config, path = own_demonstrations(tmp_path)
-    runs.train_run(config, tmp_path / "run")
+    checkpoints.train_run(config, tmp_path / "run")
     shutil.copy(SHIPPED_DEMONSTRATIONS / "point2d-suboptimal.npz", path)
     more = dataclasses.replace(config, iterations=2)
     with pytest.raises(InputError, match=r"demos: expected .*mine\.npz' holds others now"):
-        runs.train_run(more, tmp_path / "run", resume=True)
+        checkpoints.train_run(more, tmp_path / "run", resume=True)
     with pytest.raises(InputError, match="holds others now"):
         evaluation.testing_demonstrations(runs.load_run(tmp_path / "run"), 1)
 
 
 def test_the_same_demonstrations_are_known_wherever_they_lie(tmp_path):
     config, path = own_demonstrations(tmp_path)
-    runs.train_run(config, tmp_path / "run")
+    checkpoints.train_run(config, tmp_path / "run")
     moved = path.rename(tmp_path / "moved.npz")
     path.symlink_to(moved)
     more = dataclasses.replace(config, iterations=2)
-    assert len(runs.train_run(more, tmp_path / "run", resume=True).curve) == 2
+    assert len(checkpoints.train_run(more, tmp_path / "run", resume=True).curve) == 2
 
 
 def test_a_run_is_not_cut_shorter_by_a_resume(tmp_path):
-    runs.train_run(dataclasses.replace(SMALL, iterations=3), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=3), tmp_path / "run")
     with pytest.raises(InputError, match="iterations: expected at least the 3"):
-        runs.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run", resume=True)
+        checkpoints.train_run(
+            dataclasses.replace(SMALL, iterations=2), tmp_path / "run", resume=True
+        )
     assert runs.load_config(tmp_path / "run").iterations == 3
 
 
 def test_a_resume_with_other_threads_is_written_down(tmp_path, monkeypatch):
-    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     here = machine.provenance()
     monkeypatch.setattr(machine, "provenance", lambda: {**here, "threads": 7})
     for iterations in (2, 3):
-        runs.train_run(
+        checkpoints.train_run(
             dataclasses.replace(SMALL, iterations=iterations), tmp_path / "run", resume=True
         )
     facts = json.loads((tmp_path / "run/provenance.json").read_text())
@@ -446,7 +455,7 @@ def test_a_resume_with_other_threads_is_written_down(tmp_path, monkeypatch):
 
 def test_a_machine_without_git_trains_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", "")
-    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     assert json.loads((tmp_path / "run/provenance.json").read_text())["commit"] == "unknown"
 
 
@@ -457,35 +466,35 @@ def test_a_start_that_fails_leaves_nothing_in_the_way(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(runs.storage, "write_json", full)
         with pytest.raises(OSError):
-            runs.train_run(SMALL, tmp_path / "run")
-    assert len(runs.train_run(SMALL, tmp_path / "run").curve) == SMALL.iterations
+            checkpoints.train_run(SMALL, tmp_path / "run")
+    assert len(checkpoints.train_run(SMALL, tmp_path / "run").curve) == SMALL.iterations
 
 
 def test_stale_temporary_files_are_cleaned_up_by_a_resume(tmp_path):
-    runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     (tmp_path / "run/.curve.csv.a1b2c3").write_text("killed here")
-    runs.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run", resume=True)
+    checkpoints.train_run(dataclasses.replace(SMALL, iterations=2), tmp_path / "run", resume=True)
     assert not list((tmp_path / "run").glob(".*"))
 
 
 def test_numbers_that_could_not_be_read_back_are_not_written(tmp_path):
-    run = runs.train_run(dataclasses.replace(SMALL, algorithm="gmps"), tmp_path / "run")
+    run = checkpoints.train_run(dataclasses.replace(SMALL, algorithm="gmps"), tmp_path / "run")
     before = (tmp_path / "run/policy.safetensors").read_bytes()
     name = next(name for name in run.learner_state if "exp_avg_sq" in name)
     spoiled = {**run.learner_state, name: run.learner_state[name] + math.inf}
     with pytest.raises(InputError, match=rf"{name}: a value that is not finite"):
-        runs.save_checkpoint(tmp_path / "run", run._replace(learner_state=spoiled))
+        checkpoints.save_checkpoint(tmp_path / "run", run._replace(learner_state=spoiled))
     assert (tmp_path / "run/policy.safetensors").read_bytes() == before
 
 
 def test_adam_refuses_a_step_that_its_memory_cannot_hold(tmp_path):
     config = dataclasses.replace(SMALL, algorithm="meta-bc", adapt_lr=1e3)
-    runs.train_run(config, tmp_path / "run")
+    checkpoints.train_run(config, tmp_path / "run")
     assert any("not finite" in record.note for record in runs.load_run(tmp_path / "run").curve)
 
 
 def test_a_policy_with_a_changed_number_is_noticed(tmp_path):
-    run = runs.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
+    run = checkpoints.train_run(dataclasses.replace(SMALL, iterations=1), tmp_path / "run")
     path = tmp_path / "run/policy.safetensors"
     with safetensors.safe_open(path, "pt") as file:
         facts = file.metadata()

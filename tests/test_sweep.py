@@ -19,7 +19,7 @@ from distributed.security import Security
 
 from emrld_lite import storage
 from emrld_lite.config import TrainConfig
-from emrld_lite.experiments import runs
+from emrld_lite.experiments import checkpoints, runs
 from emrld_lite.experiments.grid import command_of, load_grid
 from emrld_lite.experiments.sweep import (
     announcement,
@@ -132,11 +132,11 @@ def test_a_grid_that_cannot_be_run_is_refused_by_block(tmp_path, text, words):
 def test_a_run_goes_on_where_it_was_left_and_appears_when_it_is_whole(tmp_path):
     config = load_grid(written(tmp_path))["point2d-optimal-gmps-seed0"]
     place = tmp_path / "out" / "run"
-    runs.train_run(dataclasses.replace(config, iterations=10), partial_folder(place))
+    checkpoints.train_run(dataclasses.replace(config, iterations=10), partial_folder(place))
     assert iterations_done(place, config) == 10
     make_run(config, str(place))
     assert [path.name for path in place.parent.iterdir()] == ["run"]
-    straight = runs.train_run(config, tmp_path / "straight")
+    straight = checkpoints.train_run(config, tmp_path / "straight")
     assert without_time(runs.load_run(place).curve) == without_time(straight.curve)
     assert (place / "unseen.csv").exists()
 
@@ -197,7 +197,9 @@ def straight(tmp_path_factory):
     folder = tmp_path_factory.mktemp("straight")
     torch.set_num_threads(1)
     grid = load_grid(written(folder))
-    return {name: runs.train_run(config, folder / name).curve for name, config in grid.items()}
+    return {
+        name: checkpoints.train_run(config, folder / name).curve for name, config in grid.items()
+    }
 
 
 def assert_whole(out, straight):

@@ -24,6 +24,7 @@ from ..storage import check_target
 from ..validation import InputError, positive_count
 from . import runs
 from .budget import seconds_per_iteration
+from .checkpoints import train_run
 from .evaluation import evaluate_run, testing_demonstrations, write_evaluation
 from .grid import command_of
 
@@ -62,7 +63,7 @@ def make_run(config: TrainConfig, folder: str) -> str:
         if not place.exists():
             begun = (grown / "config.json").exists()
             command = command_of(config, f"data/runs/{place.name}")
-            run = runs.train_run(config, grown, resume=begun, command=command)
+            run = train_run(config, grown, resume=begun, command=command)
             shown = testing_demonstrations(run)
             write_evaluation(grown / "unseen.csv", shown, evaluate_run(run, shown))
             os.replace(grown, place)
