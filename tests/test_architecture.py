@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import emrld_lite
+from emrld_lite import experiments
 
 PACKAGE = Path(emrld_lite.__file__).parent
 ORDER = re.findall(
@@ -60,8 +61,22 @@ def test_a_module_imports_only_what_stands_before_it(module):
     ],
 )
 def test_a_room_does_not_look_into_those_behind_it(room, closed):
-    for path in (PACKAGE / room).glob("*.py"):
+    for path in (PACKAGE / room).rglob("*.py"):
         assert not first_parts(path) & closed, path
+
+
+def test_the_experiments_read_in_one_order():
+    """Every module of the room is in it, and imports only what stands before it."""
+    room = PACKAGE / "experiments"
+    order = re.findall(r"\w+", experiments.__doc__.partition("in the order")[2])
+    places = {path.relative_to(room).parts[0].removesuffix(".py") for path in room.rglob("*.py")}
+    assert sorted(order) == sorted(places - {"__init__"})
+    for path in room.rglob("*.py"):
+        place = path.relative_to(room).parts[0].removesuffix(".py")
+        later = order[order.index(place) + 1 :] if place in order else order
+        wrong = {name.split(".")[1] for name in imported(path) if name.startswith("experiments.")}
+        wrong &= set(later)
+        assert not wrong, f"{path.name} imports {sorted(wrong)}"
 
 
 def test_nothing_imports_notebooks_or_tests():
@@ -83,6 +98,7 @@ def loaded_by(statement):
         ("import emrld_lite.losses", {"mujoco", "matplotlib", "distributed"}),
         ("import emrld_lite.train", {"mujoco", "matplotlib", "distributed"}),
         ("import emrld_lite.experiments.runs", {"mujoco", "matplotlib", "distributed"}),
+        ("import emrld_lite.experiments.commands", {"mujoco", "matplotlib", "distributed"}),
     ],
 )
 def test_an_import_loads_no_more_than_it_needs(statement, absent):
