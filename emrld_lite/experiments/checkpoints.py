@@ -33,10 +33,11 @@ def train_run(
     device: str = "cpu",
     on_iteration: Callable[[Iterate], None] = lambda iterate: None,
     command: str | None = None,
+    checkpoint_every: int = CHECKPOINT_EVERY,
 ) -> Run:
     """Meta-train and keep ``out`` up to date: config.json, curve.csv, policy.safetensors.
 
-    A checkpoint is written every CHECKPOINT_EVERY iterations, at the end, and when the run is
+    A checkpoint is written after every ``checkpoint_every`` iterations, at the end, and when the run is
     interrupted. With ``resume``, a run that was stopped, even killed, goes on from its last
     checkpoint to the same curve. ``command`` is what the provenance says made the run; by default
     this program's own. Raises InputError when ``out`` already holds a run that was not
@@ -59,7 +60,7 @@ def train_run(
                 meta_params=iterate.meta_params,
                 learner_state=iterate.learner_state,
             )
-            if (iterate.record.iteration + 1) % CHECKPOINT_EVERY == 0:
+            if (iterate.record.iteration + 1) % checkpoint_every == 0:
                 save_checkpoint(out, latest)
             on_iteration(iterate)
     finally:
