@@ -14,7 +14,6 @@ import subprocess
 import sys
 import time
 
-import jaxtyping
 import pytest
 import safetensors
 import safetensors.torch
@@ -45,17 +44,10 @@ SMALL = TrainConfig(
     episodes=3,
     trust_region=trpo.TrustRegion(cg_iterations=3, fisher_samples=20),
 )
-
-
 ONCE = dataclasses.replace(SMALL, iterations=1)
 
-
-@pytest.fixture(autouse=True)
-def shapes_checked_where_every_algorithm_trains(request):
-    """Check them there; all the other tests train in the same shapes, which halves their time."""
-    jaxtyping.config.update("jaxtyping_disable", "algorithm" not in request.fixturenames)
-    yield
-    jaxtyping.config.update("jaxtyping_disable", False)
+# test_baselines trains every algorithm with its shapes checked, which takes twice the time
+pytestmark = pytest.mark.usefixtures("shapes_unchecked")
 
 
 @pytest.fixture(scope="module")
@@ -322,7 +314,7 @@ def test_nothing_rewarded_is_said_and_changes_nothing():
         ("adapt_lr", math.inf, "adapt_lr"),
     ],
 )
-def test_bad_settings_are_refused_at_the_door(field, value, words, shapes_unchecked):
+def test_bad_settings_are_refused_at_the_door(field, value, words):
     with pytest.raises(InputError, match=words):
         dataclasses.replace(SMALL, **{field: value})
 

@@ -54,7 +54,8 @@ cg_iterations = 2
 """
 OFTEN = 2  # iterations from one checkpoint to the next
 
-pytestmark = pytest.mark.usefixtures("shapes_unchecked")  # test_runs trains in the same ones
+# test_baselines trains every algorithm with its shapes checked, which takes twice the time
+pytestmark = pytest.mark.usefixtures("shapes_unchecked")
 
 
 def written(tmp_path, text=GRID):
