@@ -25,7 +25,7 @@ from emrld_lite.__main__ import main
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load
 from emrld_lite.envs import make
-from emrld_lite.experiments import commands, runs
+from emrld_lite.experiments import bench, checkpoints, commands, runs
 from emrld_lite.experiments.grid import load_grid
 from emrld_lite.trpo import TrustRegion
 from emrld_lite.validation import InputError
@@ -452,8 +452,11 @@ def attack_command(random, folder, base):
 
 # --- the judge ---------------------------------------------------------------------------------
 
-# loaded before a process is made for each case; torch loads much when its first optimiser is made
-LOADED = (main, commands, BASE.learner(BASE.initial_policy()))
+# loaded before a process is made for each case; torch loads much when its first optimiser is made,
+# and the first command line that is read costs five times the next
+LOADED = (main, commands, bench, BASE.learner(BASE.initial_policy()))
+with contextlib.suppress(SystemExit), contextlib.redirect_stderr(io.StringIO()):
+    main(["train", "--out", ""])
 ATTACKS = {
     "demonstrations": attack_demonstrations,
     "run": attack_run,
@@ -465,8 +468,8 @@ ATTACKS = {
 def prepare(base):
     """Make the run that is broken, and the one that never stopped."""
     torch.set_num_threads(1)
-    runs.train_run(BASE, base / "short")
-    runs.train_run(dataclasses.replace(BASE, iterations=3), base / "long")
+    checkpoints.train_run(BASE, base / "short")
+    checkpoints.train_run(dataclasses.replace(BASE, iterations=3), base / "long")
 
 
 def judged(family, seed, base):

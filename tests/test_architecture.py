@@ -1,6 +1,7 @@
 """The package's shape: data flow one way, rooms keep apart, and imports stay light."""
 
 import ast
+import json
 import re
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import emrld_lite
+from emrld_lite import experiments
 
 PACKAGE = Path(emrld_lite.__file__).parent
 ORDER = re.findall(
@@ -60,8 +62,22 @@ def test_a_module_imports_only_what_stands_before_it(module):
     ],
 )
 def test_a_room_does_not_look_into_those_behind_it(room, closed):
-    for path in (PACKAGE / room).glob("*.py"):
+    for path in (PACKAGE / room).rglob("*.py"):
         assert not first_parts(path) & closed, path
+
+
+def test_the_experiments_read_in_one_order():
+    """Every module of the room is in it, and imports only what stands before it."""
+    room = PACKAGE / "experiments"
+    order = re.findall(r"\w+", experiments.__doc__.partition("in the order")[2])
+    places = {path.relative_to(room).parts[0].removesuffix(".py") for path in room.rglob("*.py")}
+    assert sorted(order) == sorted(places - {"__init__"})
+    for path in room.rglob("*.py"):
+        place = path.relative_to(room).parts[0].removesuffix(".py")
+        later = order[order.index(place) + 1 :] if place in order else order
+        wrong = {name.split(".")[1] for name in imported(path) if name.startswith("experiments.")}
+        wrong &= set(later)
+        assert not wrong, f"{path.name} imports {sorted(wrong)}"
 
 
 def test_nothing_imports_notebooks_or_tests():
@@ -69,24 +85,31 @@ def test_nothing_imports_notebooks_or_tests():
         assert not re.search(r"^\s*(from|import) (notebooks|tests)\b", path.read_text(), re.M), path
 
 
-def loaded_by(statement):
-    """Return the modules that a fresh interpreter has loaded after a statement."""
-    code = f"import sys; {statement}; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+LIGHT = ("", ".losses", ".train", ".experiments.runs", ".experiments.commands")
+HEAVY = {"mujoco", "matplotlib", "distributed"}
 
 
-@pytest.mark.parametrize(
-    ("statement", "absent"),
-    [
-        ("import emrld_lite", {"torch", "mujoco", "matplotlib", "distributed"}),
-        ("import emrld_lite.losses", {"mujoco", "matplotlib", "distributed"}),
-        ("import emrld_lite.train", {"mujoco", "matplotlib", "distributed"}),
-        ("import emrld_lite.experiments.runs", {"mujoco", "matplotlib", "distributed"}),
-    ],
-)
-def test_an_import_loads_no_more_than_it_needs(statement, absent):
-    assert not loaded_by(statement) & absent
+@pytest.fixture(scope="module")
+def loaded():
+    """Return what each module of LIGHT loads beyond those before it, in one fresh interpreter."""
+    code = "import importlib, json, sys\nseen, found = set(), {}\n" + "".join(
+        f"importlib.import_module('emrld_lite{name}')\n"
+        f"found[{name!r}] = sorted({{*sys.modules}} - seen)\nseen = {{*sys.modules}}\n"
+        for name in LIGHT
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code + "print(json.dumps(found))"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("name", LIGHT)
+def test_an_import_loads_no_more_than_it_needs(name, loaded):
+    absent = HEAVY if name else {"torch", *HEAVY}
+    assert not set(loaded[name]) & absent
 
 
 def test_importing_the_package_registers_its_environments():

@@ -14,7 +14,7 @@ from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import ENVIRONMENTS, make
 from emrld_lite.envs.base import Transition
 from emrld_lite.evaluate import adaptation_curve
-from emrld_lite.experiments import runs
+from emrld_lite.experiments import checkpoints, runs
 from emrld_lite.learners import (
     Adam,
     TaskData,
@@ -187,9 +187,9 @@ def test_a_step_that_is_not_finite_changes_neither_policy_nor_memory(spoiled, ra
 
 def test_a_policy_file_without_adam_s_memory_is_refused(tmp_path):
     config = dataclasses.replace(SMALL, algorithm="meta-bc")
-    run = runs.train_run(config, tmp_path / "run")
+    run = checkpoints.train_run(config, tmp_path / "run")
     smaller = {name: value for name, value in run.learner_state.items() if "_sq" not in name}
-    runs.save_checkpoint(tmp_path / "run", run._replace(learner_state=smaller))
+    checkpoints.save_checkpoint(tmp_path / "run", run._replace(learner_state=smaller))
     with pytest.raises(InputError, match=r"policy\.safetensors: expected tensors"):
         runs.load_run(tmp_path / "run")
 

@@ -1,5 +1,6 @@
 """Every exercise: its check passes the notebook's solution, rejects the mutants and the blank."""
 
+import functools
 import importlib.util
 import inspect
 import itertools
@@ -20,6 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 MUTANTS = sorted((ROOT / "tests/mutants").glob("*.py"))
 
 
+@functools.cache
 def exercises(folder="notebooks", suffix=".py"):
     """Return check name -> source of the cell before ``check.<name>(...)``, over all notebooks."""
     found = {}

@@ -20,24 +20,17 @@ STORED = str(SHIPPED / "point2d-optimal-emrld-seed0")
 FAST = ["--episodes", "2", "--threads", "1"]
 
 
-def run(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "emrld_lite", *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
 def test_train_then_evaluate(tmp_path):
-    made = run("train", "--env", "point2d", "--algorithm", "emrld", "--demos", "suboptimal",
-               "--iterations", "2", "--seed", "3", "--out", str(tmp_path / "run"), *FAST)  # fmt: skip
+    """The first as a program of its own, as a script starts it."""
+    options = ["--env", "point2d", "--algorithm", "emrld", "--demos", "suboptimal",
+               "--iterations", "2", "--seed", "3", "--out", str(tmp_path / "run"), *FAST]  # fmt: skip
+    command = [sys.executable, "-m", "emrld_lite", "train", *options]
+    made = subprocess.run(command, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
     assert "training tasks" in made.stdout
     table = tmp_path / "table.csv"
-    done = run("evaluate", "--run", str(tmp_path / "run"), "--tasks", "4", "--steps", "2",
-               "--seed", "1", "--episodes", "2", "--out", str(table))  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    main(["evaluate", "--run", str(tmp_path / "run"), "--tasks", "4", "--steps", "2",
+          "--seed", "1", "--episodes", "2", "--out", str(table)])  # fmt: skip
     rows = list(csv.DictReader(table.open()))
     assert len(rows) == 4 * 3
     assert {row["step"] for row in rows} == {"0", "1", "2"}
@@ -68,13 +61,21 @@ def test_an_evaluation_says_how_later_steps_went(tmp_path):
     assert tables["0.1"][2] > tables["1"][2]
 
 
-def test_help_explains_every_command():
-    text = run("--help").stdout
+def help_of(*command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([*command, "--help"])
+    assert stop.value.code == 0
+    return capsys.readouterr().out
+
+
+def test_help_explains_every_command(capsys):
+    text = help_of(capsys=capsys)
     assert all(command in text for command in ("demos", "train", "evaluate", "bench"))
 
 
-def test_help_lists_the_choices_of_an_option():
-    text = "".join(run("train", "--help").stdout.replace("│", "").split())  # without the box
+def test_help_lists_the_choices_of_an_option(capsys):
+    help_text = help_of("train", capsys=capsys).replace("│", "")  # without the box around it
+    text = "".join(help_text.split())
     for choices in (ALGORITHMS, ENVIRONMENTS, ("biased", "xavier"), ("mean", "sum")):
         assert "{" + ",".join(choices) + "}" in text
 

@@ -18,13 +18,14 @@ from distributed import Client
 from distributed.security import Security
 
 from emrld_lite import storage
+from emrld_lite.__main__ import main
 from emrld_lite.config import TrainConfig
-from emrld_lite.experiments import runs
+from emrld_lite.experiments import checkpoints, runs
+from emrld_lite.experiments.cluster import local_cluster
 from emrld_lite.experiments.grid import command_of, load_grid
 from emrld_lite.experiments.sweep import (
     announcement,
     iterations_done,
-    local_cluster,
     make_run,
     partial_folder,
     quiet,
@@ -42,6 +43,19 @@ episodes = 2
 fisher_samples = 20
 cg_iterations = 2
 """
+RUNS = """
+[[runs]]
+algorithm = ["emrld-ws", "gmps"]
+reward = "dense"  # so that every iteration moves the policy: one lost, or done twice, shows
+iterations = 6
+episodes = 1
+fisher_samples = 20
+cg_iterations = 2
+"""
+OFTEN = 2  # iterations from one checkpoint to the next
+
+# test_baselines trains every algorithm with its shapes checked, which takes twice the time
+pytestmark = pytest.mark.usefixtures("shapes_unchecked")
 
 
 def written(tmp_path, text=GRID):
@@ -97,8 +111,9 @@ def test_the_command_of_a_run_makes_the_same_run(tmp_path):
         "--damping", "--threads", "--out",
     }  # fmt: skip
     small = dataclasses.replace(config, iterations=1, episodes=1)
-    command = [sys.executable, *command_of(small, str(tmp_path / "run")).split()[1:]]
-    subprocess.run(command, check=True, capture_output=True)
+    words = command_of(small, str(tmp_path / "run")).split()
+    assert words[:3] == ["python", "-m", "emrld_lite"]
+    main(words[3:])
     assert runs.load_config(tmp_path / "run") == small
 
 
@@ -129,15 +144,26 @@ def test_a_grid_that_cannot_be_run_is_refused_by_block(tmp_path, text, words):
 # --- one run ------------------------------------------------------------------------------------
 
 
-def test_a_run_goes_on_where_it_was_left_and_appears_when_it_is_whole(tmp_path):
-    config = load_grid(written(tmp_path))["point2d-optimal-gmps-seed0"]
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory):
+    """Return the curve of every run of the grid, made without a sweep."""
+    folder = tmp_path_factory.mktemp("straight")
+    torch.set_num_threads(1)
+    grid = load_grid(written(folder, RUNS))
+    return {
+        name: checkpoints.train_run(config, folder / name).curve for name, config in grid.items()
+    }
+
+
+def test_a_run_goes_on_where_it_was_left_and_appears_when_it_is_whole(tmp_path, straight):
+    name = "point2d-optimal-gmps-seed0"
+    config = load_grid(written(tmp_path, RUNS))[name]
     place = tmp_path / "out" / "run"
-    runs.train_run(dataclasses.replace(config, iterations=10), partial_folder(place))
-    assert iterations_done(place, config) == 10
+    checkpoints.train_run(dataclasses.replace(config, iterations=3), partial_folder(place))
+    assert iterations_done(place, config) == 3
     make_run(config, str(place))
     assert [path.name for path in place.parent.iterdir()] == ["run"]
-    straight = runs.train_run(config, tmp_path / "straight")
-    assert without_time(runs.load_run(place).curve) == without_time(straight.curve)
+    assert without_time(runs.load_run(place).curve) == without_time(straight[name])
     assert (place / "unseen.csv").exists()
 
 
@@ -191,13 +217,9 @@ def when_some_run_has(out, grid, iterations, then):
     return thread
 
 
-@pytest.fixture(scope="module")
-def straight(tmp_path_factory):
-    """Return the curve of every run of the grid, made without a sweep."""
-    folder = tmp_path_factory.mktemp("straight")
-    torch.set_num_threads(1)
-    grid = load_grid(written(folder))
-    return {name: runs.train_run(config, folder / name).curve for name, config in grid.items()}
+def kill(*processes):
+    for process in processes:
+        os.kill(process.pid, signal.SIGKILL)
 
 
 def assert_whole(out, straight):
@@ -209,10 +231,10 @@ def assert_whole(out, straight):
 
 
 def test_a_killed_worker_loses_nothing(tmp_path, straight):
-    grid, out = load_grid(written(tmp_path)), tmp_path / "out"
+    grid, out = load_grid(written(tmp_path, RUNS)), tmp_path / "out"
     with scheduler() as (_, found), worker(found[1]) as (doomed, _), worker(found[1]):
-        killer = when_some_run_has(out, grid, 10, lambda: os.kill(doomed.pid, signal.SIGKILL))
-        outcome = sweep(grid, out, scheduler=found[1])
+        killer = when_some_run_has(out, grid, OFTEN, lambda: kill(doomed))
+        outcome = sweep(grid, out, scheduler=found[1], checkpoint_every=OFTEN)
         killer.join(timeout=1)
         assert doomed.poll() == -signal.SIGKILL
     assert (sorted(outcome.made), outcome.failed) == (sorted(grid), {})
@@ -220,12 +242,14 @@ def test_a_killed_worker_loses_nothing(tmp_path, straight):
 
 
 def test_a_lost_scheduler_is_said_and_the_same_sweep_goes_on(tmp_path, straight):
-    grid, out = load_grid(written(tmp_path)), tmp_path / "out"
-    with scheduler() as (doomed, found), worker(found[1]):
-        when_some_run_has(out, grid, 10, lambda: os.kill(doomed.pid, signal.SIGKILL))
+    """With its only worker, so that a run is left half made for certain."""
+    grid, out = load_grid(written(tmp_path, RUNS)), tmp_path / "out"
+    with scheduler() as (doomed, found), worker(found[1]) as (alone, _):
+        when_some_run_has(out, grid, OFTEN, lambda: kill(doomed, alone))
         with pytest.raises(InputError, match="scheduler was lost"):
-            sweep(grid, out, scheduler=found[1])
-    assert sum(iterations_done(out / name, config) for name, config in grid.items()) >= 10
+            sweep(grid, out, scheduler=found[1], checkpoint_every=OFTEN, patience=3.0)
+    left = [iterations_done(out / name, config) for name, config in grid.items()]
+    assert any(OFTEN <= done < 6 for done in left)
     sweep(grid, out, workers=2)
     assert_whole(out, straight)
 
@@ -264,16 +288,20 @@ def test_the_shipped_grids_can_be_run():
 
 def test_a_scheduler_that_does_not_answer_is_named(tmp_path):
     with pytest.raises(InputError, match="cannot reach"):
-        sweep(load_grid(written(tmp_path)), tmp_path / "out", scheduler="tcp://127.0.0.1:1")
+        sweep(
+            load_grid(written(tmp_path)),
+            tmp_path / "out",
+            scheduler="tcp://127.0.0.1:1",
+            patience=0.5,
+        )
 
 
 def test_a_run_that_fails_is_named_and_the_others_are_made(tmp_path):
-    text = GRID.replace("iterations = 20", "iterations = 2") + (
-        "[[runs]]\nname = 'broken'\ndemos = 'nowhere.npz'\niterations = 2\n"
-    )
+    broken = "[[runs]]\nname = 'broken'\ndemos = 'nowhere.npz'\n"
+    text = broken + RUNS.replace("iterations = 6", "iterations = 1")
     grid = load_grid(written(tmp_path, text))
-    outcome = sweep(grid, tmp_path / "out", workers=2)
-    assert len(outcome.made) == 4
+    outcome = sweep(grid, tmp_path / "out", workers=1)
+    assert outcome.made == [name for name in grid if name != "broken"] != []
     assert list(outcome.failed) == ["broken"]
     assert "no such demonstration file" in outcome.failed["broken"]
 

@@ -55,6 +55,12 @@ def choose_threads() -> int:
     return 2 if seconds[2] < 0.8 * seconds[1] else 1
 
 
+def use_threads(threads: int | None) -> None:
+    """Use ``threads``, or as many as are fastest; more than the machine has cores are refused."""
+    chosen = choose_threads() if threads is None else thread_count("threads", threads)
+    torch.set_num_threads(chosen)
+
+
 def stored_threads(folder: Path) -> int | None:
     """Return the number of threads that a run was made with; None where it was not written down.
 

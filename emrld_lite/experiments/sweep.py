@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import logging
 import os
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import NamedTuple
 
 import torch
-from distributed import Client, Future, Nanny, Scheduler, SpecCluster, Worker
-from distributed.security import Security
+from distributed import Client, Future
 from filelock import FileLock
 from tqdm import tqdm
 
@@ -24,10 +21,13 @@ from ..storage import check_target
 from ..validation import InputError, positive_count
 from . import runs
 from .budget import seconds_per_iteration
+from .checkpoints import CHECKPOINT_EVERY, train_run
+from .cluster import local_cluster
 from .evaluation import evaluate_run, testing_demonstrations, write_evaluation
 from .grid import command_of
 
 POLL = 1.0  # seconds between two looks at the workers
+PATIENCE = 10.0  # seconds in which a scheduler must answer
 RETRIES = 2  # of a run that failed by an error; a lost worker's run is always taken up again
 LOST = ("cancelled", "lost")
 
@@ -48,11 +48,12 @@ def partial_folder(folder: Path) -> Path:
     return folder.parent / f".{folder.name}.partial"
 
 
-def make_run(config: TrainConfig, folder: str) -> str:
+def make_run(config: TrainConfig, folder: str, checkpoint_every: int = CHECKPOINT_EVERY) -> str:
     """Make one run on a worker, or go on where a lost worker left it; returns its name.
 
     The run grows in a hidden folder beside its place, with a lock on it, so two workers never
-    write one run; when it is trained and evaluated, the folder is renamed.
+    write one run; when it is trained and evaluated, the folder is renamed. A lost worker loses at
+    most ``checkpoint_every`` iterations.
     """
     torch.set_num_threads(1)  # one run a core: more threads would only wait for each other
     place = Path(folder)
@@ -62,7 +63,9 @@ def make_run(config: TrainConfig, folder: str) -> str:
         if not place.exists():
             begun = (grown / "config.json").exists()
             command = command_of(config, f"data/runs/{place.name}")
-            run = runs.train_run(config, grown, resume=begun, command=command)
+            run = train_run(
+                config, grown, resume=begun, command=command, checkpoint_every=checkpoint_every
+            )
             shown = testing_demonstrations(run)
             write_evaluation(grown / "unseen.csv", shown, evaluate_run(run, shown))
             os.replace(grown, place)
@@ -75,13 +78,16 @@ def sweep(
     out: Path,
     workers: int | None = None,
     scheduler: str | None = None,
+    checkpoint_every: int = CHECKPOINT_EVERY,
+    patience: float = PATIENCE,
 ) -> Outcome:
     """Make every run of ``grid`` that is not in ``out`` yet.
 
     On a local cluster of ``workers`` processes (by default one a core), or on the running Dask
-    scheduler at the address ``scheduler``, whose workers must see the same files. Raises
-    InputError when that scheduler cannot be reached or is lost (the same call then goes on), and
-    before any run when a folder holds a run with other settings than the grid's.
+    scheduler at the address ``scheduler``, whose workers must see the same files. Each run keeps a
+    checkpoint after every ``checkpoint_every`` iterations. Raises InputError when that scheduler
+    does not answer within ``patience`` seconds or is lost for so long (the same call then goes on),
+    and before any run when a folder holds a run with other settings than the grid's.
     """
     out = check_target("out", out, folder=True).resolve()
     kept = [name for name in grid if (out / name).exists()]
@@ -101,9 +107,11 @@ def sweep(
             maximum=4 * cores(),
         )
     print(announcement(missing, workers), flush=True)
-    with quiet(), _client(workers, scheduler) as client:
+    with quiet(), _client(workers, scheduler, patience) as client:
         futures = {
-            name: client.submit(make_run, config, str(out / name), pure=False, retries=RETRIES)
+            name: client.submit(
+                make_run, config, str(out / name), checkpoint_every, pure=False, retries=RETRIES
+            )
             for name, config in missing.items()
         }
         failed = _watch(futures, missing, out)
@@ -134,29 +142,14 @@ def quiet() -> Iterator[None]:
         logging.disable(before)
 
 
-class _NoHttp:
-    """A Dask server without the HTTP server that each one starts, open to everyone on the machine."""
-
-    def start_http_server(self, *_: object, **__: object) -> None:
-        """Start none."""
-
-
-class LocalScheduler(_NoHttp, Scheduler):
-    """A scheduler that is reached by TLS alone."""
-
-
-class LocalWorker(_NoHttp, Worker):
-    """A worker that is reached by TLS alone."""
-
-
 @contextmanager
-def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
+def _client(workers: int | None, scheduler: str | None, patience: float) -> Iterator[Client]:
     """Yield a client of the scheduler at an address, or of a local cluster made for it."""
     if scheduler is not None:
         if workers is not None:
             raise InputError("workers: expected none with a running scheduler, which has its own")
         try:
-            client = Client(scheduler, timeout="10s")
+            client = Client(scheduler, timeout=patience)
         except (OSError, ValueError) as error:
             raise InputError(f"scheduler: cannot reach {scheduler!r}: {error}") from error
         with client:
@@ -164,47 +157,6 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
         return
     with local_cluster(workers) as cluster, Client(cluster, security=cluster.security) as client:
         yield client
-
-
-def local_cluster(workers: int) -> SpecCluster:
-    """Return a cluster on this machine whose every port asks for a certificate made for it alone.
-
-    Any client of a Dask scheduler can run code on it; so other users of the machine must be none.
-    """
-    security = Security.temporary()
-    common = {"host": "127.0.0.1", "protocol": "tls://", "security": security}
-    work = {
-        "nthreads": 1,
-        "memory_limit": 0,
-        "worker_class": LocalWorker,
-        "silence_logs": logging.CRITICAL,
-    }
-    worker = {"cls": Nanny, "options": {**common, **work}}
-    scheduler = {"cls": LocalScheduler, "options": {**common, "dashboard": False, "port": 0}}
-    with _deaf():
-        return SpecCluster(
-            scheduler=scheduler,
-            workers=dict.fromkeys(range(workers), worker),
-            security=security,
-            silence_logs=logging.CRITICAL,
-        )
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Keep Ctrl-C for later, and for good from the processes that begin here.
-
-    At a terminal it reaches the workers too; they are told by the sweep that began them.
-    """
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    resource_tracker.ensure_running()  # else it begins here, and lets signals through again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _watch(futures: dict[str, Future], grid: dict[str, TrainConfig], out: Path) -> dict[str, str]:

@@ -1,0 +1,7 @@
+"""The commands: what each option means, checks before anything starts, what is printed at the end."""
+
+from .demonstrations import demos
+from .measuring import bench, evaluate, figures
+from .training import lottery, sweep, train
+
+COMMANDS = (demos, train, evaluate, sweep, figures, bench, lottery)

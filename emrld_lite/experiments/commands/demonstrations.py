@@ -1,0 +1,80 @@
+"""The command that makes demonstrations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from ... import demonstrations as demonstration_files
+from ...config import EnvironmentName
+from ...demonstrations import QualityName
+from ...demonstrators import recipes
+from ...demonstrators.expert import ExpertConfig, expert_config, save_expert
+from ...envs import make
+from ...limits import check_memory, readable_bytes
+from ...policy import Params
+from ...storage import check_target
+from ...validation import InputError, ends_in, positive_count, real_number, seed_number
+from .. import budget, machine
+
+LARGEST_NOISE = 10.0  # in units of the action's range, which is 2 wide
+
+
+def demos(
+    env: EnvironmentName,
+    quality: QualityName,
+    out: Path,
+    seed: int = 0,
+    expert_out: Path | None = None,
+    threads: int = 1,
+    tasks: int | None = None,
+    noise: float | None = None,
+) -> None:
+    """Make demonstrations with a goal-conditioned expert, one per task; by default train it anew.
+
+    Args:
+        env: environment of the tasks
+        quality: optimal, or suboptimal (partly trained, noisy, beginning or end cut off)
+        out: demonstration file to write, .npz
+        seed: seed of the expert and of the demonstrations
+        expert_out: where to keep the expert's policy too, .safetensors
+        threads: CPU threads; the same number makes the same bytes
+        tasks: let the workbook's own expert demonstrate so many tasks drawn at random
+        noise: standard deviation of the noise added to each action, in place of the quality's own
+    """
+    machine.use_threads(threads)
+    config = expert_config(env, seed_number("seed", seed))
+    recipe = recipes.recipe_for(env, quality)
+    if noise is not None:
+        recipe = replace(recipe, action_noise=real_number("noise", noise, 0.0, LARGEST_NOISE))
+    ends_in("out", check_target("out", out), ".npz")
+    if expert_out is not None and tasks is None:
+        ends_in("expert_out", check_target("expert_out", expert_out), ".safetensors")
+    if tasks is None:
+        wanted, expert = make(env).training_tasks(), _train_expert(config, quality)
+    else:
+        if expert_out is not None:
+            raise InputError("expert_out: expected none with --tasks, which trains no expert")
+        needed = budget.rollout_memory(make(env), positive_count("tasks", tasks), 1)
+        check_memory(f"tasks: demonstrations of {tasks} tasks", needed)
+        if needed > budget.NOTEWORTHY_BYTES:
+            print(f"{tasks} demonstrations: about {readable_bytes(needed)} of memory", flush=True)
+        wanted = make(env).test_tasks(tasks, np.random.default_rng(seed))
+        expert = recipes.load_or_train_expert(env, quality)
+    made = recipes.demonstrate(expert, env, wanted, quality, seed, recipe)
+    demonstration_files.save(out, made)
+    if expert_out is not None:
+        save_expert(expert_out, expert, config, quality)
+    print(f"{out}: {len(wanted)} {quality} demonstrations. {made.maker}")
+
+
+def _train_expert(config: ExpertConfig, quality: str) -> Params:
+    """Return the policy of a newly trained expert, with a bar that shows its progress."""
+    with tqdm(total=config.iterations, unit="iteration", desc=f"{config.env} {quality}") as bar:
+        for iterate in recipes.train_to_quality(config, quality):
+            bar.set_postfix_str(f"success {iterate.success:.2f}")
+            bar.update()
+    return iterate.params
