@@ -184,6 +184,14 @@ def test_no_shipped_suboptimal_demonstration_earns_a_reward(env):
         assert replayed_reward(data, task) == (0.0, False)
 
 
+@pytest.mark.parametrize("env", ["two_wheeled_drift", "two_wheeled_literal_drift"])
+def test_narrow_drifts_are_shown_by_the_same_expert(env):
+    narrow = demonstrations.load(demonstrations.SHIPPED / f"{env}-narrow.npz", env)
+    assert torch.equal(narrow.tasks, make(env, largest_drift=0.3).training_tasks())
+    for task in range(len(narrow.tasks)):
+        assert replayed_reward(narrow, task)[1]  # reaches the goal
+
+
 @pytest.mark.parametrize("env", ["two_wheeled", "two_wheeled_drift"])
 def test_suboptimal_wheeled_data_lack_their_beginning(env):
     data = demonstrations.load_demonstrations("suboptimal", env)

@@ -13,7 +13,8 @@ from ...config import EnvironmentName
 from ...demonstrations import QualityName
 from ...demonstrators import recipes
 from ...demonstrators.expert import ExpertConfig, expert_config, save_expert
-from ...envs import make
+from ...envs import Environment, make
+from ...envs.base import Tasks
 from ...limits import check_memory, readable_bytes
 from ...policy import Params
 from ...storage import check_target
@@ -32,6 +33,7 @@ def demos(
     threads: int = 1,
     tasks: int | None = None,
     noise: float | None = None,
+    largest_drift: float | None = None,
 ) -> None:
     """Make demonstrations with a goal-conditioned expert, one per task; by default train it anew.
 
@@ -44,31 +46,40 @@ def demos(
         threads: CPU threads; the same number makes the same bytes
         tasks: let the workbook's own expert demonstrate so many tasks drawn at random
         noise: standard deviation of the noise added to each action, in place of the quality's own
+        largest_drift: let the workbook's own expert demonstrate training tasks that drift less
     """
     machine.use_threads(threads)
     config = expert_config(env, seed_number("seed", seed))
     recipe = recipes.recipe_for(env, quality)
     if noise is not None:
         recipe = replace(recipe, action_noise=real_number("noise", noise, 0.0, LARGEST_NOISE))
+    world = make(env, **({} if largest_drift is None else {"largest_drift": largest_drift}))
     ends_in("out", check_target("out", out), ".npz")
-    if expert_out is not None and tasks is None:
-        ends_in("expert_out", check_target("expert_out", expert_out), ".safetensors")
-    if tasks is None:
-        wanted, expert = make(env).training_tasks(), _train_expert(config, quality)
+    if tasks is not None or largest_drift is not None:
+        if expert_out is not None:
+            raise InputError(
+                "expert_out: expected none with --tasks or --largest-drift, which train no expert"
+            )
+        wanted = world.training_tasks() if tasks is None else _drawn_tasks(world, tasks, seed)
+        expert = recipes.load_or_train_expert(env, quality)
     else:
         if expert_out is not None:
-            raise InputError("expert_out: expected none with --tasks, which trains no expert")
-        needed = budget.rollout_memory(make(env), positive_count("tasks", tasks), 1)
-        check_memory(f"tasks: demonstrations of {tasks} tasks", needed)
-        if needed > budget.NOTEWORTHY_BYTES:
-            print(f"{tasks} demonstrations: about {readable_bytes(needed)} of memory", flush=True)
-        wanted = make(env).test_tasks(tasks, np.random.default_rng(seed))
-        expert = recipes.load_or_train_expert(env, quality)
+            ends_in("expert_out", check_target("expert_out", expert_out), ".safetensors")
+        wanted, expert = world.training_tasks(), _train_expert(config, quality)
     made = recipes.demonstrate(expert, env, wanted, quality, seed, recipe)
     demonstration_files.save(out, made)
     if expert_out is not None:
         save_expert(expert_out, expert, config, quality)
     print(f"{out}: {len(wanted)} {quality} demonstrations. {made.maker}")
+
+
+def _drawn_tasks(world: Environment, tasks: int, seed: int) -> Tasks:
+    """Return ``tasks`` test tasks; says so where their demonstrations will take much memory."""
+    needed = budget.rollout_memory(world, positive_count("tasks", tasks), 1)
+    check_memory(f"tasks: demonstrations of {tasks} tasks", needed)
+    if needed > budget.NOTEWORTHY_BYTES:
+        print(f"{tasks} demonstrations: about {readable_bytes(needed)} of memory", flush=True)
+    return world.test_tasks(tasks, np.random.default_rng(seed))
 
 
 def _train_expert(config: ExpertConfig, quality: str) -> Params:
