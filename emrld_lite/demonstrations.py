@@ -1,4 +1,4 @@
-"""Demonstrations: one trajectory per task, in a file that a stranger can make.
+"""Demonstrations: one trajectory per task, or several, in a file that a stranger can make.
 
 The file is an ``.npz`` without pickles; ``data/README.md`` documents it for people who bring their
 own recordings.
@@ -30,15 +30,18 @@ LARGEST = {"states": 1000.0, "actions": 100.0}  # in size; no environment here c
 
 @dataclass(frozen=True)
 class Demonstrations:
-    """D^dem: one trajectory per task. Raises InputError for data that could not have come from one."""
+    """D^dem: one trajectory per task in the paper's data, here also several.
+
+    Raises InputError for data that could not have come from its environment.
+    """
 
     tasks: Float[Tensor, "task task_dim"]
     """Parameters of each task, such as its goal."""
-    states: Float[Tensor, "task 1 time state"]
+    states: Float[Tensor, "task path time state"]
     """States; zero after the trajectory's end."""
-    actions: Float[Tensor, "task 1 time action"]
+    actions: Float[Tensor, "task path time action"]
     """Actions in the policy's units, before scaling."""
-    mask: Float[Tensor, "task 1 time"]
+    mask: Float[Tensor, "task path time"]
     """1 where the trajectory has a step."""
     environment: str
     """Name of the environment, such as "point2d"."""
@@ -50,8 +53,8 @@ class Demonstrations:
     """Seed it was made with."""
 
     def lengths(self) -> Int[Tensor, " task"]:
-        """Return the number of steps of each trajectory."""
-        return self.mask.sum((1, 2)).long()
+        """Return the number of steps of each task's first trajectory."""
+        return self.mask[:, 0].sum(-1).long()
 
     def fingerprint(self) -> str:
         """Return a hash of the content, the same wherever and under whichever name the file lies."""
@@ -93,18 +96,21 @@ def from_arrays(
     """Check plain arrays and return them as Demonstrations.
 
     ``tasks`` is (task, task_dim), ``states`` (task, time, state), ``actions`` (task, time, action),
-    ``lengths`` (task,) whole numbers; what lies after a trajectory's length is ignored. Raises
-    InputError naming ``source``, the field and the task.
+    ``lengths`` (task,) whole numbers; what lies after a trajectory's length is ignored. Several
+    trajectories per task have one more axis after the first in the last three. Raises InputError
+    naming ``source``, the field and the task.
     """
     family = make(check_choice(f"environment in {source}", environment, ENVIRONMENTS))
     check_choice(f"quality in {source}", quality, QUALITIES)
     time = _check_shapes(family, tasks, states, actions, lengths, source)
-    steps = np.arange(time)[None] < lengths[:, None]  # (task, time)
+    if states.ndim == 3:
+        states, actions, lengths = (values[:, None] for values in (states, actions, lengths))
+    steps = np.arange(time) < lengths[..., None]  # (task, path, time)
     kept = {}
     for field, values in (("states", states), ("actions", actions)):
         taken = np.where(steps[..., None], values, 0.0)
         _check_numbers(taken, LARGEST[field], f"{source}: {field}")
-        kept[field] = torch.from_numpy(taken.astype(np.float32))[:, None]
+        kept[field] = torch.from_numpy(taken.astype(np.float32))
     with np.errstate(over="ignore"):  # no task is as large as that, as the environment will say
         tasks = tasks.astype(np.float32)
     try:
@@ -114,7 +120,7 @@ def from_arrays(
     return Demonstrations(
         tasks=torch.from_numpy(tasks),
         **kept,
-        mask=torch.from_numpy(steps)[:, None].float(),
+        mask=torch.from_numpy(steps).float(),
         environment=environment,
         quality=quality,
         maker=str(maker),
@@ -123,15 +129,16 @@ def from_arrays(
 
 
 def _check_numbers(values: np.ndarray, largest: float, where: str) -> None:
-    """Raise InputError, naming task and step, unless all values are finite and at most ``largest``."""
-    sizes = np.abs(values).max(-1)  # (task, time)
+    """Raise InputError, naming the place, unless all values are finite and at most ``largest``."""
+    sizes = np.abs(values).max(-1)  # (task, path, time)
     wrong = ~(sizes <= largest)  # so that nan is wrong too
     if wrong.any():
-        task, step = (int(index) for index in np.argwhere(wrong)[0])
+        task, path, step = (int(index) for index in np.argwhere(wrong)[0])
         trouble = "a value that is not finite"
-        if np.isfinite(sizes[task, step]):
-            trouble = f"expected at most {largest:g} in size, got {sizes[task, step]:g}"
-        raise InputError(f"{where}: {trouble}, task {task}, step {step}")
+        if np.isfinite(sizes[task, path, step]):
+            trouble = f"expected at most {largest:g} in size, got {sizes[task, path, step]:g}"
+        which = f", path {path}" if sizes.shape[1] > 1 else ""
+        raise InputError(f"{where}: {trouble}, task {task}{which}, step {step}")
 
 
 def _check_shapes(
@@ -143,14 +150,17 @@ def _check_shapes(
     source: str,
 ) -> int:
     """Return the longest time if every array is numeric and fits the environment; else raise InputError."""
-    if states.ndim != 3 or 0 in states.shape:
-        raise InputError(f"{source}: states: expected (task, time, state), got {states.shape}")
-    count, time = states.shape[:2]
+    if states.ndim not in (3, 4) or 0 in states.shape:
+        raise InputError(
+            f"{source}: states: expected (task, time, state), or (task, path, time, state), "
+            f"got {states.shape}"
+        )
+    *paths, time = states.shape[:-1]  # task, or task and path
     expected = {
-        "tasks": (tasks, (count, family.task_dim)),
-        "states": (states, (count, time, family.state_dim)),
-        "actions": (actions, (count, time, family.action_dim)),
-        "lengths": (lengths, (count,)),
+        "tasks": (tasks, (paths[0], family.task_dim)),
+        "states": (states, (*paths, time, family.state_dim)),
+        "actions": (actions, (*paths, time, family.action_dim)),
+        "lengths": (lengths, tuple(paths)),
     }
     for field, (values, shape) in expected.items():
         if values.shape != shape:
@@ -164,22 +174,28 @@ def _check_shapes(
             )
     wrong = (lengths < 1) | (lengths > time)
     if wrong.any():
-        task = int(np.argmax(wrong))
+        place = tuple(int(index) for index in np.argwhere(wrong)[0])
+        which = f"task {place[0]}" + "".join(f", path {path}" for path in place[1:])
         raise InputError(
-            f"{source}: lengths: expected 1 to {time} steps, got {int(lengths[task])} for task {task}"
+            f"{source}: lengths: expected 1 to {time} steps, got {int(lengths[place])} for {which}"
         )
     return time
 
 
 def save(path: Path, demonstrations: Demonstrations) -> None:
     """Write the documented file, whole or not at all; the same data make the same bytes."""
+    lengths = demonstrations.mask.sum(-1).long()  # (task, path)
+    trajectories = (demonstrations.states, demonstrations.actions, lengths)
+    if lengths.shape[1] == 1:  # the simpler file: no axis for paths
+        trajectories = tuple(values[:, 0] for values in trajectories)
+    states, actions, lengths = (values.numpy() for values in trajectories)
     archives.write_arrays(
         path,
         {
             "tasks": demonstrations.tasks.numpy(),
-            "states": demonstrations.states[:, 0].numpy(),
-            "actions": demonstrations.actions[:, 0].numpy(),
-            "lengths": demonstrations.lengths().numpy(),
+            "states": states,
+            "actions": actions,
+            "lengths": lengths,
             "environment": np.array(demonstrations.environment),
             "quality": np.array(demonstrations.quality),
             "maker": np.array(demonstrations.maker),

@@ -11,6 +11,8 @@ import torch
 from emrld_lite import demonstrations, limits
 from emrld_lite.demonstrators import expert, recipes
 from emrld_lite.envs import GYMNASIUM_IDS, make
+from emrld_lite.losses import bc_loss
+from emrld_lite.policy import distribution, initialise, log_density, per_task
 from emrld_lite.validation import InputError
 
 
@@ -55,9 +57,66 @@ def test_saving_and_loading_keeps_everything_and_the_bytes(tmp_path):
     assert again.maker == data.maker
 
 
+def several_paths():
+    """Return arrays with two trajectories per task, of 4, 2, 1 and 3, 1, 2 steps."""
+    states = np.arange(48, dtype=np.float32).reshape(3, 2, 4, 2)
+    lengths = np.array([[4, 3], [2, 1], [1, 2]])
+    return {"states": states, "actions": states / 10, "lengths": lengths}
+
+
+def test_several_trajectories_per_task_are_read_and_kept(tmp_path):
+    data = demonstrations.load(write(tmp_path / "many.npz", **several_paths()), "point2d")
+    assert data.mask.sum(-1).tolist() == [[4, 3], [2, 1], [1, 2]]
+    assert data.lengths().tolist() == [4, 2, 1]
+    assert data.states[2, 1, :, 0].tolist() == [40.0, 42.0, 0.0, 0.0]
+    demonstrations.save(tmp_path / "again.npz", data)
+    again = demonstrations.load(tmp_path / "again.npz")
+    assert again.fingerprint() == data.fingerprint()
+
+
+def test_cloning_several_trajectories_weighs_every_step_alike(tmp_path):
+    data = demonstrations.load(write(tmp_path / "many.npz", **several_paths()), "point2d")
+    params = initialise(2, 2, seed=0)
+    losses = bc_loss(per_task(params, 3), data)
+    for task in range(3):
+        steps = [(path, step) for path in range(2) for step in range(4)]
+        taken = [place for place in steps if data.mask[(task, *place)]]
+        densities = [
+            log_density(
+                distribution(params, data.states[task, path, step][None]),
+                data.actions[task, path, step][None],
+            )
+            for path, step in taken
+        ]
+        assert float(losses[task]) == pytest.approx(-float(torch.cat(densities).mean()), rel=1e-5)
+
+
+def test_a_recipe_makes_several_noisy_trajectories_per_task():
+    expert = recipes.load_or_train_expert("two_wheeled", "suboptimal")
+    tasks = make("two_wheeled").training_tasks()[:4]
+    data = recipes.demonstrate(expert, "two_wheeled", tasks, "suboptimal", 0, paths=3)
+    assert data.states.shape[:2] == (4, 3)
+    assert not torch.equal(data.actions[:, 0], data.actions[:, 1])
+    paid = make("two_wheeled").distance_to_reward
+    for path in range(3):
+        assert (paid(tasks, data.states[:, path])[data.mask[:, path] > 0] > 0).all()
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
+        (
+            {**several_paths(), "lengths": np.array([[4, 3], [2, 9], [1, 2]])},
+            "got 9 for task 1, path 1",
+        ),
+        (
+            {**several_paths(), "lengths": np.array([4, 2, 1])},
+            r"lengths: expected shape \(3, 2\)",
+        ),
+        (
+            {**several_paths(), "states": np.full((3, 2, 4, 2), np.nan, dtype=np.float32)},
+            "task 0, path 0, step 0",
+        ),
         ({"lengths": None}, "missing lengths"),
         ({"environment": np.array("half_cheetah")}, "expected 'point2d', got 'half_cheetah'"),
         ({"quality": np.array("suboptimaal")}, "Did you mean 'suboptimal'"),

@@ -96,8 +96,9 @@ def demonstrate(
     quality: str,
     seed: int,
     recipe: Recipe | None = None,
+    paths: int = 1,
 ) -> Demonstrations:
-    """Return one demonstration per task from a goal-conditioned policy.
+    """Return one demonstration per task from a goal-conditioned policy, or several ``paths`` of each.
 
     ``recipe`` replaces the recipe of ``quality``, for experiments. The maker of the data says what the
     policy reached on the sparse reward, before any cut.
@@ -107,9 +108,10 @@ def demonstrate(
     family.check_tasks(tasks)
     sigma = torch.full((family.action_dim,), recipe.action_noise).clamp_min(SMALLEST_SIGMA)
     noisy = dict(params, log_sigma=sigma.log())
-    rollout = collect(GoalConditioned(family), tasks, noisy, 1, torch.Generator().manual_seed(seed))
-    states = rollout.states[:, 0, :, : family.state_dim]
-    first, lengths = _kept_steps(family, tasks, states, rollout.mask[:, 0], recipe)
+    draws = torch.Generator().manual_seed(seed)
+    rollout = collect(GoalConditioned(family), tasks, noisy, paths, draws)
+    states = rollout.states[..., : family.state_dim]  # (task, path, time, state)
+    first, lengths = _kept_steps(family, tasks, states, rollout.mask, recipe)
     longest = int(lengths.max())
     reached = rollout.success.float().mean()
     returns = episode_returns(rollout).mean()
@@ -119,8 +121,8 @@ def demonstrate(
     )
     return from_arrays(
         tasks.numpy(),
-        states[:, first : first + longest].numpy(),
-        rollout.actions[:, 0, first : first + longest].numpy(),
+        states[:, :, first : first + longest].numpy(),
+        rollout.actions[:, :, first : first + longest].numpy(),
         lengths.numpy(),
         environment=env,
         quality=quality,
@@ -132,14 +134,15 @@ def demonstrate(
 def _kept_steps(
     family: Environment,
     tasks: Float[Tensor, "task task_dim"],
-    states: Float[Tensor, "task time state"],
-    mask: Float[Tensor, "task time"],
+    states: Float[Tensor, "task path time state"],
+    mask: Float[Tensor, "task path time"],
     recipe: Recipe,
-) -> tuple[int, Int[Tensor, " task"]]:
+) -> tuple[int, Int[Tensor, "task path"]]:
     """Return the first step kept, and how many steps of each trajectory from there on."""
     end = mask.sum(-1).long()
     if recipe.short_of_reward is not None:
-        far = family.distance_to_reward(tasks, states) > recipe.short_of_reward
+        apart = [family.distance_to_reward(tasks, path) for path in states.unbind(1)]
+        far = torch.stack(apart, 1) > recipe.short_of_reward  # (task, path, time)
         end = torch.minimum(end, far.long().cumprod(-1).sum(-1))
     first = max(0, min(recipe.skipped_steps, int(end.min()) - 1))
     return first, end - first

@@ -34,6 +34,7 @@ def demos(
     tasks: int | None = None,
     noise: float | None = None,
     largest_drift: float | None = None,
+    paths: int = 1,
 ) -> None:
     """Make demonstrations with a goal-conditioned expert, one per task; by default train it anew.
 
@@ -47,8 +48,10 @@ def demos(
         tasks: let the workbook's own expert demonstrate so many tasks drawn at random
         noise: standard deviation of the noise added to each action, in place of the quality's own
         largest_drift: let the workbook's own expert demonstrate training tasks that drift less
+        paths: trajectories per task; they differ by the noise alone
     """
     machine.use_threads(threads)
+    positive_count("paths", paths)
     config = expert_config(env, seed_number("seed", seed))
     recipe = recipes.recipe_for(env, quality)
     if noise is not None:
@@ -60,22 +63,24 @@ def demos(
             raise InputError(
                 "expert_out: expected none with --tasks or --largest-drift, which train no expert"
             )
-        wanted = world.training_tasks() if tasks is None else _drawn_tasks(world, tasks, seed)
+        wanted = (
+            world.training_tasks() if tasks is None else _drawn_tasks(world, tasks, seed, paths)
+        )
         expert = recipes.load_or_train_expert(env, quality)
     else:
         if expert_out is not None:
             ends_in("expert_out", check_target("expert_out", expert_out), ".safetensors")
         wanted, expert = world.training_tasks(), _train_expert(config, quality)
-    made = recipes.demonstrate(expert, env, wanted, quality, seed, recipe)
+    made = recipes.demonstrate(expert, env, wanted, quality, seed, recipe, paths)
     demonstration_files.save(out, made)
     if expert_out is not None:
         save_expert(expert_out, expert, config, quality)
     print(f"{out}: {len(wanted)} {quality} demonstrations. {made.maker}")
 
 
-def _drawn_tasks(world: Environment, tasks: int, seed: int) -> Tasks:
+def _drawn_tasks(world: Environment, tasks: int, seed: int, paths: int) -> Tasks:
     """Return ``tasks`` test tasks; says so where their demonstrations will take much memory."""
-    needed = budget.rollout_memory(world, positive_count("tasks", tasks), 1)
+    needed = budget.rollout_memory(world, positive_count("tasks", tasks), paths)
     check_memory(f"tasks: demonstrations of {tasks} tasks", needed)
     if needed > budget.NOTEWORTHY_BYTES:
         print(f"{tasks} demonstrations: about {readable_bytes(needed)} of memory", flush=True)
