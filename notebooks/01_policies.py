@@ -552,7 +552,7 @@ def clone(demos, steps=400, rate=3e-3):
     """Return task_params fitted to one demonstration each by Adam, and the loss after each step."""
     start = policy.per_task(policy.initialise(2, 2, seed=0), len(demos.tasks))
     leaves = {name: value.clone().requires_grad_() for name, value in start.items()}
-    optimiser = torch.optim.Adam(leaves.values(), lr=rate)
+    optimiser = torch.optim.Adam(leaves.values(), lr=rate, fused=True)  # faster, same formula
     history = []
     for _ in range(steps):
         loss = losses.bc_loss(leaves, demos).sum()  # (task,) summed: tasks do not touch each other
