@@ -20,7 +20,7 @@ def task_mean(values: PerStep, mask: PerStep) -> PerTask:
 
 
 def rl_loss(params: Params, rollout: Rollout, density: LogDensity = "joint") -> PerTask:
-    """Return L^RL_i = -mean(log pi(a|s) A): its gradient is minus the policy gradient.
+    """Return L^RL_i = -mean(log pi(a|s) A): its gradient is minus the policy gradient without gamma^t.
 
     ``rollout`` must carry advantages. Section 2, "Gradient-based meta-reinforcement learning".
     """

@@ -21,6 +21,7 @@
 # **You will be able to**
 #
 # - write Point2D Navigation and the wheeled robot from their formulas,
+# - say when it would pay to loiter next to a goal, and when not,
 # - measure how often an untrained policy is rewarded, with an interval,
 # - say what the policy gradient is on tasks without a reward, and prove it,
 # - explain why a constant reward of $10^{-5}$ is not harmless.
@@ -71,7 +72,7 @@ clock = Clock(
 #
 # $$R_t = \begin{cases} 100 - t - 1 & d \le 0.02 \quad \text{(and the episode ends)} \\ 1 - d & 0.02 < d \le 0.2 \\ 0 & \text{otherwise.} \end{cases}$$
 #
-# An episode starts at the origin and lasts 100 steps at most, $t = 0, \dots, 99$. The first line pays out the steps that are left, so that it never pays to loiter next to the goal. The goals of the
+# An episode starts at the origin and lasts 100 steps at most, $t = 0, \dots, 99$. The first line pays out the steps that are left, so that arriving early pays. The goals of the
 # twelve training tasks lie on a semicircle of radius 2.
 #
 # ### Exercise 1 · Write it
@@ -134,13 +135,62 @@ x, y = np.meshgrid(np.linspace(-2, 2, 1601), np.linspace(0, 2, 801))
 inside = np.hypot(x, y) <= 2
 goal_x, goal_y = point.training_tasks()[4].tolist()
 share = (inside & (np.hypot(x - goal_x, y - goal_y) <= 0.2)).sum() / inside.sum()
+assert 0.009 < share < 0.0101
 print(f"the disc that pays covers {share:.2%} of the half disc of radius 2")
 
 # %% [markdown]
 # *Figure 1. Reward of standing at each place, for one goal: white pays nothing, orange one minus the distance, brown the remaining steps. The cross is the start. Right: a
 # cut through Point2D's reward (logarithmic above 1).*
 #
-# A plain, and one small peak. No slope anywhere outside of its disc leads in. (The goal sits on the rim, so only half of its disc lies inside the half disc.)
+# A plain, and one small peak that takes about one hundredth of the half disc: the goal lies on the rim, so only about half of its disc is inside. No slope anywhere outside of the disc leads in.
+#
+# ### Exercise 2 · Finish or loiter?
+#
+# *Difficulty 2 of 3, 10 minutes.* The point stands just outside of the inner disc, at $d = 0.02$, and could finish with its next step, the one with the time index $t$. Or it could stay where it is and collect $1 - 0.02$ in each of the
+# steps $t, \dots, 99$. By how much is loitering better, with later rewards discounted by $\gamma$ per step from $t$ on?
+#
+# **Predict first.** Does it ever pay to loiter, when returns are not discounted ($\gamma = 1$)? And with $\gamma = 0.95$?
+#
+# <details><summary>Hint 1: how many steps are there to loiter?</summary>
+# t, t + 1, ... 99: that is 100 - t of them. The first is not discounted.
+# </details>
+#
+# <details><summary>Hint 2: a sum of powers</summary>
+# <code>sum(discount**k for k in range(100 - time))</code> works for every discount, 1 included.
+# </details>
+
+
+# %% tags=["exercise-loitering"]
+def loitering_gain(time, discount):
+    """Return what loitering from step ``time`` to 99 earns more than finishing in step ``time``."""
+    ### BEGIN SOLUTION
+    waited = sum(0.98 * discount**k for k in range(100 - time))
+    finished = 100 - time - 1
+    return waited - finished
+    ### END SOLUTION
+
+
+# %% tags=["loitering"]
+if check.loitering_gain(loitering_gain):
+    figure, axes = plt.subplots(figsize=(6.2, 3))
+    for discount, line in ((1.0, "-"), (0.95, "--")):
+        gains = np.array([loitering_gain(time, discount) for time in range(100)])
+        axes.plot(gains, line, color="#333333", label=f"discount {discount:g}")
+        pays = np.flatnonzero(gains > 1e-9)
+        assert pays[0] == {1.0: 51, 0.95: 94}[discount] and pays[-1] == 99
+        print(f"discount {discount:.2f}: loitering pays from step {pays[0]} on; ", end="")
+        print(f"at t = 0 it loses {-gains[0]:.2f}, at t = 99 it wins {gains[99]:.2f}")
+    axes.axhline(0, color="black", linewidth=0.8)
+    axes.set(yscale="symlog", xlabel="step t", ylabel="loitering less finishing")
+    axes.set_yticks([-100, -10, -1, 0, 1], ["-100", "-10", "-1", "0", "1"])
+    axes.legend()
+    plt.show()
+
+# %% [markdown]
+# *Figure 2. What loitering at the edge of the inner disc earns more than finishing, by the time index of the step; linear between -1 and 1, logarithmic beyond.*
+#
+# Early the jackpot is far ahead. Late it shrinks to nothing, and loitering wins: in the second half of the episode if returns are plain sums, in the last six steps with the paper's discount. A learner that gets to its goal only
+# at the end of an episode is told to stay outside. An optimal demonstrator arrives after some twenty steps, so nothing here depends on it.
 #
 # ## 2 · The others
 #
@@ -148,10 +198,10 @@ print(f"the disc that pays covers {share:.2%} of the half disc of radius 2")
 #
 # $$x_{t+1} = x_t + v_t \cos(\theta_t)\, dT, \qquad y_{t+1} = y_t + v_t \sin(\theta_t)\, dT, \qquad \theta_{t+1} = \theta_t + \omega_t\, dT .$$
 #
-# It must *turn* before it can drive: a random action leads nowhere. Rewards as for the point, with a disc of 0.5 and a box $|x - x_g|, |y - y_g| \le 0.2$ that pays the remaining
+# It must *turn* before it can drive to the side. Rewards as for the point, with a disc of 0.5 and a box $|x - x_g|, |y - y_g| \le 0.2$ that pays the remaining
 # steps; 24 training goals. Leaving the arena $|x|, |y| \le 2.5$ ends the episode.
 #
-# ### Exercise 2 · Drive
+# ### Exercise 3 · Drive
 #
 # *Difficulty 1 of 3, 5 minutes.* All robots at once: `state` is (robot, 3).
 #
@@ -213,23 +263,31 @@ for axes, (name, picture) in zip(panels, pictures.items(), strict=True):
 plt.show()
 
 # %% [markdown]
-# *Figure 2. The four environments after 40 random actions. The cheetah is MuJoCo's own picture where there is a GL library, a drawing of the same body where there is none.*
+# *Figure 3. The four environments after 40 random actions. The cheetah is MuJoCo's own picture where there is a GL library, a drawing of the same body where there is none.*
 #
-# A gait is a sequence of poses. These are six of them, from a policy that notebook 03 will train:
+# A gait is a sequence of poses. These are the demonstrations of the two directions, at the same six moments:
 
 # %% tags=["cheetah-strip"]
 data = load_demonstrations("optimal", "half_cheetah")
 cheetah = make("half_cheetah")
-figure, panels = plt.subplots(1, 6, figsize=(12, 2.4))
-for axes, step in zip(panels, range(30, 54, 4), strict=True):
-    cheetah.draw(axes, data.tasks[0], data.states[0, 0, : step + 1])
-    axes.set(title=f"{0.05 * step:.2f} s", xlabel="x (m)", ylim=(-0.2, 1.6))
-    axes.set_yticks([])
-    axes.set_aspect("equal")
+figure, rows = plt.subplots(2, 6, figsize=(12, 4.4))
+tilts = {}
+for panels, task in zip(rows, (0, 5), strict=True):
+    for axes, step in zip(panels, range(30, 54, 4), strict=True):
+        cheetah.draw(axes, data.tasks[task], data.states[task, 0, : step + 1])
+        axes.set(title=f"{0.05 * step:.2f} s", xlabel="x (m)", ylim=(-0.2, 1.6))
+        axes.set_yticks([])
+        axes.set_aspect("equal")
+    tilts[float(data.tasks[task])] = float(data.states[task, 0, :, 1].abs().max().rad2deg())
 plt.show()
+assert tilts[1.0] > 60 and tilts[-1.0] < 45
+for direction, tilt in tilts.items():
+    print(f"direction {direction:+.0f}: its body tilts by up to {tilt:.0f} degrees")
 
 # %% [markdown]
-# *Figure 3. Six moments of a trained cheetah running forward; the orange region is where its reward begins.*
+# *Figure 4. Six moments of the optimal demonstrations, forward (top) and backward (bottom); the orange region is where the reward begins.*
+#
+# Backward it runs level. Forward it tips over its front leg until it nearly stands on its nose, falls back and goes on: fast, and not pretty. "Optimal" means here what it means in the paper, trained to the end, and no more.
 #
 # And the drift: nine tasks, the very same actions, nine ways.
 
@@ -251,7 +309,7 @@ axes.legend(loc="lower right", bbox_to_anchor=(1.45, 0))
 plt.show()
 
 # %% [markdown]
-# *Figure 4. Driving straight ahead under nine residual angular velocities; the star is the goal that all nine tasks share.*
+# *Figure 5. Driving straight ahead under nine residual angular velocities; the star is the goal that all nine tasks share.*
 #
 # ## 3 · How rarely it pays
 #
@@ -288,12 +346,12 @@ axes.set(xscale="log", xlabel="episodes with any reward (%)", ylim=(3.5, -0.5))
 plt.show()
 
 # %% [markdown]
-# *Figure 5. How often an untrained policy sees any reward: rate (dot) and 95 % interval (line), over all training tasks, logarithmic scale.*
+# *Figure 6. How often an untrained policy sees any reward: rate (dot) and 95 % interval (line), over all training tasks, logarithmic scale.*
 #
-# The cheetah is the least sparse: a random wriggle sometimes carries it two metres, often enough the wrong way, where it is paid *negatively* for going on. For the point, an
-# unlucky walker, the rate is around one in a thousand.
+# The cheetah is the least sparse: a random wriggle sometimes carries it two metres, often enough the wrong way, where it is paid *negatively* for going on. For the point the rate is
+# around one in a thousand: its steps point in random directions and cancel. The wheeled robot keeps its heading from step to step, gets farther, and has a larger disc to meet.
 #
-# ### Exercise 3 · How long must one wait?
+# ### Exercise 4 · How long must one wait?
 #
 # *Difficulty 1 of 3, 5 minutes.* With probability `rate` an episode is rewarded. How many episodes must be collected so that *at least one* is rewarded with probability `confidence`?
 #
@@ -335,7 +393,7 @@ sparsity_widget.sparsity_sliders(walks)
 sparsity_widget.sparsity_picture(walks, angle=60, radius=0.2)
 
 # %% [markdown]
-# *Figure 6. The sliders' default as a still picture: 500 untrained walks (grey), those that meet the disc of radius 0.2 (orange).*
+# *Figure 7. The sliders' default as a still picture: 500 untrained walks (grey), those that meet the disc of radius 0.2 (orange).*
 #
 # ## 4 · What the gradient is then
 #
@@ -348,9 +406,10 @@ tasks = wheeled.training_tasks()
 start = policy.per_task(policy.initialise(3, 2, seed=0), len(tasks))
 
 
-def task_gradients(seed, bonus=0.0, normalised=True):
+def task_gradients(seed, bonus=0.0, normalised=True, world=wheeled, start=start):
     """Return each task's policy gradient (task, parameter), and whether it saw a reward, (task,)."""
-    rollout = collect(wheeled, tasks, start, 20, torch.Generator().manual_seed(seed))
+    draws = torch.Generator().manual_seed(seed)
+    rollout = collect(world, world.training_tasks(), start, 20, draws)
     seen = (rollout.rewards > 0).any(-1).any(-1)
     rollout = rollout._replace(rewards=rollout.rewards + bonus * rollout.mask)
     rollout = Score(normalise=normalised)(rollout)
@@ -408,10 +467,51 @@ axes.legend(loc="center right")
 plt.show()
 
 # %% [markdown]
-# *Figure 7. Length of each task's policy gradient on TwoWheeled, from the same 20 episodes, with three ways to treat steps that earn nothing. Where a reward was seen, circles lie under squares.*
+# *Figure 8. Length of each task's policy gradient on TwoWheeled, from the same 20 episodes, with three ways to treat steps that earn nothing. Where a reward was seen, circles lie under squares.*
 #
 # The baseline cannot fit a constant reward perfectly: the return to come falls from $10^{-5}/(1-\gamma)$ to $10^{-5}$ along the episode, and a cubic in $t$ follows that only nearly. What is left is a millionth of
-# nothing; dividing by its standard deviation blows it up to size 1. The policy then climbs a leftover of the regression as eagerly as a goal. In this workbook the reward elsewhere is 0, as the
+# nothing; dividing by its standard deviation blows it up to size 1.
+#
+# **Where does such a gradient point?** What is left depends on the time $t$ (and a little on the state), not on the action, and the expected score is zero (notebook 01). So its expectation is zero: it points nowhere. A single batch does not know that.
+# Let us see whether the gradients of two batches agree: ten batches of the same untrained policy on Point2D, once with $10^{-5}$ in tasks that saw no reward, once with the dense reward $-d$.
+
+# %% tags=["cosines", "tolerance:abs=0.03"]
+tasks = point.training_tasks()
+same = policy.per_task(policy.initialise(2, 2, seed=0), len(tasks))
+cosines = {}
+for name, reward, bonus in (("reward 1e-5", "sparse", 1e-5), ("dense reward", "dense", 0.0)):
+    batches = [
+        task_gradients(seed, bonus, world=make("point2d", reward=reward), start=same)
+        for seed in range(10)
+    ]
+    pairs = [(one, other) for i, one in enumerate(batches) for other in batches[:i]]
+    found = []
+    for (one, seen_one), (other, seen_other) in pairs:
+        usable = ~(seen_one | seen_other)  # a dense reward is never above 0
+        found.append(torch.cosine_similarity(one, other, dim=1)[usable])
+    cosines[name] = torch.cat(found)
+    mean, spread = cosines[name].mean(), cosines[name].std()
+    print(f"{name:12} mean cosine {mean:.2f}, deviation {spread:.2f}, of {len(pairs)} pairs")
+assert abs(cosines["reward 1e-5"].mean()) < 0.1
+assert cosines["dense reward"].mean() > 0.9
+
+# %%
+figure, axes = plt.subplots(figsize=(6.2, 2.8))
+looks = {"reward 1e-5": ("#D55E00", "//"), "dense reward": ("#0072B2", "")}
+bins = np.linspace(-1, 1, 41)
+for name, (colour, hatch) in looks.items():
+    weights = np.full(len(cosines[name]), 100 / len(cosines[name]))
+    axes.hist(
+        cosines[name], bins, weights=weights, color=colour, hatch=hatch, alpha=0.7, label=name
+    )
+axes.set(xlabel="cosine between the gradients of two batches", ylabel="pairs (%)")
+axes.legend(loc="upper left")
+plt.show()
+
+# %% [markdown]
+# *Figure 9. How far the policy gradients of two batches of the same task agree: with a constant reward of $10^{-5}$ in tasks without a reward, and with a dense reward.*
+#
+# With the dense reward all batches say the same. With the constant one they agree as little as random directions: the mean is zero, as derived. The policy takes steps as long as those towards a goal, and takes them at random. In this workbook the reward elsewhere is 0, as the
 # paper writes, and advantages whose spread is zero stay zero.
 #
 # ## 5 · Dense and sparse, live
@@ -445,7 +545,7 @@ for reward, share in success.items():
     print(f"{reward:6} reward: {share[-1]:5.1f} % of the goals reached in iteration 16")
 
 # %% [markdown]
-# *Figure 8. Share of episodes that reach their goal while a goal-conditioned policy learns from the dense and from the sparse reward, as measured on the machine that ran this notebook.*
+# *Figure 10. Share of episodes that reach their goal while a goal-conditioned policy learns from the dense and from the sparse reward, as measured on the machine that ran this notebook.*
 #
 # The task is easy. It is the *reward* that is hard. (Not hopeless: one policy that is told the goal can pool the lucky episodes of all goals. After 30 iterations the sparse learner reaches between 1 % and 50 % of them, depending on the seed and the processor, and on TwoWheeled, where luck is
 # twenty times as frequent, it manages sooner: try `iterations=40` or `env="two_wheeled"`.) A dense reward, though, needs somebody who can measure the distance to the goal at every step; a demonstration needs somebody who has been there once.
@@ -471,7 +571,8 @@ for reward, share in success.items():
 #
 # - The four environments, two of them written by you and equal to the package's.
 # - An untrained point is paid in fewer than one episode of a hundred; most tasks of a batch see no reward.
-# - Where no reward is seen, the policy gradient is exactly zero; a constant $10^{-5}$ with normalised advantages makes it long, and meaningless.
+# - Arriving early pays; arriving late does not, and then it would pay to loiter.
+# - Where no reward is seen, the policy gradient is exactly zero; a constant $10^{-5}$ with normalised advantages makes it long, and two batches disagree on where it points.
 # - With a dense reward the same learner reaches most goals after sixteen iterations, with the sparse one hardly any.
 #
 # **Next** notebook 03 makes the demonstrations that fill the gap.

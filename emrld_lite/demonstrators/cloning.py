@@ -24,7 +24,7 @@ def clone(
     start = initialise(states.shape[-1], actions.shape[-1], seed)
     task_params = per_task(start, len(demonstrations.tasks))
     leaves = {name: value.clone().requires_grad_() for name, value in task_params.items()}
-    optimiser = torch.optim.Adam(leaves.values(), lr=rate)
+    optimiser = torch.optim.Adam(leaves.values(), lr=rate, fused=True)  # faster, same formula
     for _ in range(steps):
         optimiser.zero_grad()
         bc_loss(leaves, demonstrations).sum().backward()

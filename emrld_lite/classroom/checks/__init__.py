@@ -1,7 +1,7 @@
 """Checks of the exercises, one module per notebook: ``check.<exercise>(student_function)``."""
 
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
-from .notebook_02 import episodes_needed, point_step, wheeled_step
+from .notebook_02 import episodes_needed, loitering_gain, point_step, wheeled_step
 from .notebook_03 import nearest_distance, steps_before_reward, with_task
 from .notebook_04 import (
     assumption_numbers,
@@ -29,6 +29,7 @@ __all__ = [
     "late_rise",
     "likelihood_distance",
     "log_density",
+    "loitering_gain",
     "meta_gradient",
     "nearest_distance",
     "one_at_a_time",

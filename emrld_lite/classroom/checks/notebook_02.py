@@ -6,7 +6,7 @@ import math
 
 import torch
 
-from .answers import Student, Wrong, answered, as_tensor, close, draws
+from .answers import Student, Wrong, answered, as_number, as_tensor, close, draws
 
 
 @answered
@@ -52,6 +52,36 @@ def point_step(student: Student) -> None:
         raise Wrong("within 0.02 the remaining steps, 100 - t - 1, are paid out.")
     if not done:
         raise Wrong("at the goal the episode ends: done is True.")
+
+
+@answered
+def loitering_gain(student: Student) -> None:
+    """Check loitering: f(time, discount) -> reward of steps time to 99 at d = 0.02, less finishing now."""
+
+    def waited(steps: int, discount: float, first: int = 0) -> float:
+        return sum(0.98 * discount ** (first + k) for k in range(steps))
+
+    for time, discount in ((0, 1.0), (99, 1.0), (10, 0.95), (95, 0.5)):
+        left = 100 - time
+        expected = waited(left, discount) - (left - 1)
+        got = as_number(student(time, discount), "a number")
+        if abs(got - expected) < 1e-6:
+            continue
+        if abs(got + expected) < 1e-6:
+            raise Wrong("the sign is turned: loitering less finishing.")
+        if abs(got - (waited(left, discount) - left)) < 1e-6:
+            raise Wrong("finishing in step t pays 100 - t - 1.")
+        if abs(got - (waited(left - 1, discount) - (left - 1))) < 1e-6:
+            raise Wrong("there are 100 - t steps to loiter in: step 99 is one of them.")
+        if abs(got - (waited(left, 1.0) - (left - 1))) < 1e-6:
+            raise Wrong("the discount is missing.")
+        if abs(got - (waited(left, discount, time) - (left - 1))) < 1e-6:
+            raise Wrong("discount from step t on, not from the episode's start.")
+        if abs(got - (waited(left, discount, 1) - (left - 1))) < 1e-6:
+            raise Wrong("the first step's reward is not discounted.")
+        raise Wrong(
+            f"for t = {time} and a discount of {discount} expected {expected:.4f}, got {got:.4f}."
+        )
 
 
 @answered
