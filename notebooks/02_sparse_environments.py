@@ -238,7 +238,7 @@ if check.wheeled_step(wheeled_step):
 
 # %% [markdown]
 # **Changing dynamics.** The same robot, slower ($v \le 0.15$, $|\omega| \le 1.5$), one goal at $(2, 1)$ for all tasks, and a *residual angular velocity* $\omega_g$ that makes task $i$ what it is: a
-# drift the robot does not see. The paper prints $\theta + \omega_g + \omega\, dT$; since $\omega_g$ is a velocity, we use $\theta + (\omega + \omega_g)\, dT$ (`drift_rule="literal"` is the printed one).
+# drift the robot does not see. The paper prints $\theta + \omega_g + \omega\, dT$; since $\omega_g$ is a velocity, we use $\theta + (\omega + \omega_g)\, dT$ (the environment `two_wheeled_literal_drift` has the printed one).
 #
 # **HalfCheetah Forward-Backward.** A planar body with six joints, simulated by MuJoCo; the task is a direction $d_g = \pm 1$. With control cost $c_t = 0.05\, \|a_t\|^2$ and $dT = 0.05$ seconds
 #
@@ -561,7 +561,7 @@ for reward, share in success.items():
 # | steps per episode | 100 | 101 | 100 |
 # | the arena | "square box of side 2.5", which shuts the goals out | $\lvert x \rvert, \lvert y \rvert \le 2.5$ | the code's |
 # | TwoWheeled's state | $\mathbb R^2$ | $x, y$, heading | $x, y$, heading, not wrapped |
-# | drift | $\theta + \omega_g + \omega\, dT$ (units clash) | not released | $\theta + (\omega + \omega_g)\, dT$; `drift_rule="literal"` |
+# | drift | $\theta + \omega_g + \omega\, dT$ (units clash) | not released | $\theta + (\omega + \omega_g)\, dT$; as printed: `two_wheeled_literal_drift` |
 # | drifts of the nine tasks | not said; $-0.65$ at test time | not released | $-0.8$ to $0.8$, evenly |
 # | cheetah's observation | $\mathbb R^{20}$ | joint positions but $x$, velocities, torso | the same |
 # | cheetah paid for $\lvert x - x_0 \rvert > 2$ | "in the correct direction" in words, either way in the formula | not compared | either way |

@@ -378,7 +378,7 @@ CLAIMS = {
         for name in ("meta-bc", "emrld")
         for end in each("half_cheetah", quality, name)[::2]
     ],
-    "README#A copy of sub-optimal TwoWheeled data": lambda: [],
+    "README#Noise, not quality, decides whether TwoWheeled data can be copied": lambda: [],
     "README#A run is a draw, and none is lost": lambda: [
         TARGET,
         *(sum(wait is not None for wait in waits("emrld-ws")), len(waits("emrld-ws"))),

@@ -82,7 +82,7 @@ def proof_lines(
     demo: Policies,
     claims: Claims | None = None,
 ) -> list[ProofLine]:
-    """Evaluate every line of Appendix A, in its order, both sides independently of each other.
+    """Evaluate both sides of every line of Appendix A, in its order.
 
     The arguments are those of ``theorem_1``; ``claims`` replaces what the proof takes for granted,
     so that one can see which line falls. Raises InputError that names the argument.
