@@ -48,7 +48,7 @@ def demos(
         tasks: let the workbook's own expert demonstrate so many tasks drawn at random
         noise: standard deviation of the noise added to each action, in place of the quality's own
         largest_drift: let the workbook's own expert demonstrate training tasks that drift less
-        paths: trajectories per task; they differ by the noise alone
+        paths: let the workbook's own expert show each task so often; noise alone tells them apart
     """
     machine.use_threads(threads)
     positive_count("paths", paths)
@@ -58,10 +58,10 @@ def demos(
         recipe = replace(recipe, action_noise=real_number("noise", noise, 0.0, LARGEST_NOISE))
     world = make(env, **({} if largest_drift is None else {"largest_drift": largest_drift}))
     ends_in("out", check_target("out", out), ".npz")
-    if tasks is not None or largest_drift is not None:
+    if tasks is not None or largest_drift is not None or paths > 1:
         if expert_out is not None:
             raise InputError(
-                "expert_out: expected none with --tasks or --largest-drift, which train no expert"
+                "expert_out: expected none with --tasks, --largest-drift or --paths, which train no expert"
             )
         wanted = (
             world.training_tasks() if tasks is None else _drawn_tasks(world, tasks, seed, paths)
@@ -75,7 +75,8 @@ def demos(
     demonstration_files.save(out, made)
     if expert_out is not None:
         save_expert(expert_out, expert, config, quality)
-    print(f"{out}: {len(wanted)} {quality} demonstrations. {made.maker}")
+    many = f" of {paths} trajectories each" if paths > 1 else ""
+    print(f"{out}: {len(wanted)} {quality} demonstrations{many}. {made.maker}")
 
 
 def _drawn_tasks(world: Environment, tasks: int, seed: int, paths: int) -> Tasks:
