@@ -64,14 +64,15 @@ def adaptation_slider(
     task: int = 0,
     seed: int = 0,
 ) -> None:
-    """Show sliders for w_rl, w_bc and the task, and the paths of the policy they adapt.
+    """Show sliders for w_rl, w_bc and the task, a box for the warm start, and the adapted policy's paths.
 
     Moving a slider repeats the adaptation with the same draws, so that only the slider matters.
     """
 
-    def show(task: int, w_rl: float, w_bc: float) -> None:
+    def show(task: int, w_rl: float, w_bc: float, warm: bool) -> None:
+        chosen = dataclasses.replace(adaptation, warm_start=warm)
         figure = adapted_paths(
-            environment, meta_params, demonstrations, adaptation, seed, task, w_rl, w_bc
+            environment, meta_params, demonstrations, chosen, seed, task, w_rl, w_bc
         )
         display(figure)
 
@@ -83,6 +84,7 @@ def adaptation_slider(
         ),
         w_rl=ipywidgets.FloatSlider(value=adaptation.w_rl, **weight),
         w_bc=ipywidgets.FloatSlider(value=adaptation.w_bc, **weight),
+        warm=ipywidgets.Checkbox(value=adaptation.warm_start, description="warm start"),
     )
 
 
@@ -96,7 +98,7 @@ def adapted_paths(
     w_rl: float,
     w_bc: float,
 ) -> Figure:
-    """Return a picture of one task before and after one adaptation step with the given weights."""
+    """Return a picture of one task: the episodes of D^tr, and those after adapting with the given weights."""
     random = torch.Generator().manual_seed(seed)
     one = demonstrations.take(slice(task, task + 1))
     start = warm_start(meta_params, one, adaptation)
@@ -110,8 +112,8 @@ def adapted_paths(
     environment.draw_tasks(axes, one.tasks)
     plotting.trajectories(before, axes, color="#BBBBBB", linestyle=":")
     plotting.trajectories(after, axes)
-    axes.set_title(
-        f"w_rl = {w_rl:.1f}, w_bc = {w_bc:.1f}: return {episode_returns(after).mean():.1f}"
-    )
+    start = "warm start, " if adaptation.warm_start else ""
+    weights = f"{start}w_rl = {w_rl:.1f}, w_bc = {w_bc:.1f}"
+    axes.set_title(f"{weights}: return {episode_returns(after).mean():.1f}")
     plt.close(figure)
     return figure

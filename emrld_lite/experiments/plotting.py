@@ -132,7 +132,8 @@ def waits(rows: Mapping[str, Sequence[int | None]], budget: int, axes: Axes) -> 
         axes.plot(
             there, spread, look["marker"], color=look["color"], markersize=4, alpha=0.75, zorder=3
         )
-        axes.plot([beyond] * never, [height] * never, "x", color="black")
+        late = height + 0.25 * np.linspace(-1, 1, max(never, 2))[:never]
+        axes.plot([beyond] * never, late, "x", color="black", markersize=5)
         if never <= len(there):
             middle = np.sort([*there, *[beyond] * never])[(len(taken) - 1) // 2]
             axes.plot([middle] * 2, [height - 0.38, height + 0.38], color="black", linewidth=2)
