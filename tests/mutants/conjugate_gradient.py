@@ -29,7 +29,7 @@ def upside_down(product, target, iterations):
 
 
 def changes_its_input(product, target, iterations):
-    """you changed the target in place"""
+    """you changed `target` in place"""
     solution, residual, direction = torch.zeros_like(target), target, target.clone()
     for _ in range(iterations):
         image = product(direction)

@@ -27,7 +27,7 @@ def without_own_reward(rewards, discount):
 
 
 def in_place(rewards, discount):
-    """changed the rewards"""
+    """you changed `rewards` in place"""
     for t in reversed(range(rewards.shape[1] - 1)):
         rewards[:, t] += discount * rewards[:, t + 1]
     return rewards

@@ -4,7 +4,7 @@ def no_control(control, changes):
 
 
 def piling_up(control, changes):
-    """control was changed"""
+    """you changed `control` in place"""
     runs = {"control": control}
     for name, change in changes.items():
         control.update(change)

@@ -24,5 +24,5 @@ def detached(log_probs, returns, mask):
 
 
 def a_float(log_probs, returns, mask):
-    """as a tensor, got float"""
+    """the loss has no gradient"""
     return float(-(log_probs * returns * mask).detach().sum() / mask.sum())
