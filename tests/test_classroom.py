@@ -9,6 +9,7 @@ import os
 import re
 import threading
 import time
+from fractions import Fraction
 from pathlib import Path
 
 import jupytext
@@ -135,6 +136,14 @@ def test_nearly_all_random_wrong_answers_are_caught(capsys):
         print(f"[{wrong - len(passed)} of {wrong} random wrong answers caught]", end=" ")
     assert len(passed) <= 0.02 * wrong, "\n\n".join(passed)
     assert not refused, "\n\n".join(refused)
+
+
+def test_agreement_looks_at_numbers_and_not_at_types():
+    numbers = torch.tensor([1.0, 2.5])
+    for same in (numbers.double(), numbers.numpy(), [1, 2.5], (np.float32(1), Fraction(5, 2))):
+        assert checks.agree(same, numbers)
+    for other in ([1.0, 2.6], [1.0], None, "banana", [1.0, math.nan], 1j):
+        assert not checks.agree(other, numbers)
 
 
 def loops_for_ever(*anything):

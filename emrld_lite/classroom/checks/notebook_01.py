@@ -78,12 +78,12 @@ def _log_density_gradient(student: Student, given: tuple[torch.Tensor, ...]) -> 
     leaves = tuple(part.clone().requires_grad_() for part in given[:2])
     asked = ask(student, *leaves, given[2])
     weights = draws(99)(*given[0].shape[:-1])
-    cut = "right numbers, but without a gradient: is there a `.detach()` or `.item()` in it?"
     output = as_graph(asked.answer, tuple(weights.shape), "one log-density per sample")
     mean, log_sigma, actions = (part.double() for part in given)
     standardised = (actions - mean) / log_sigma.exp()
     exact = (standardised / log_sigma.exp(), standardised**2 - 1)
     for leaf, slope, name in zip(asked.given, exact, ("mean", "log sigma"), strict=False):
+        cut = f"right numbers, but without a gradient by the {name}: is there a `.detach()` in it?"
         if not close(pulled_back(output, leaf, weights, cut), slope * weights[..., None]):
             raise Wrong(
                 f"right numbers, but the gradient by the {name} is off: is a part detached?"

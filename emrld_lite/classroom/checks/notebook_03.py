@@ -49,7 +49,7 @@ def _judge_with_task(value: torch.Tensor, states: torch.Tensor, tasks: torch.Ten
 def steps_before_reward(student: Student) -> None:
     """Check the cut: f(distance (task, time), margin) -> first steps that all stay away, (task,)."""
     for seed, (count, horizon, margin) in enumerate(
-        ((8, 6, 0.25), (6, 11, 0.5), (9, 3, 0.125), (3, 1, 0.25), (5, 5, 1.0)), start=32
+        ((8, 6, 0.25), (20, 11, 0.5), (9, 3, 0.125), (3, 1, 0.25), (5, 5, 1.0)), start=32
     ):
         random = torch.Generator().manual_seed(seed)
         # Multiples of an eighth, so that some are exactly at the margin.

@@ -172,15 +172,17 @@ def _cg_steps(student: Student, matrix: torch.Tensor, target: Vector, iterations
     value = as_tensor(got, (size,), "one number for each unknown")
     if len(asked) > iterations + 1:
         raise Wrong(f"{iterations} iterations need {iterations} products; yours took {len(asked)}.")
+    early = [0 * target, *(_krylov(matrix, target, k) for k in range(1, iterations - 1))]
+    if any(close(value / target.norm(), short / target.norm()) for short in early):
+        raise Wrong(
+            "you stop too early: only a residual of zero ends the loop before the last iteration."
+        )
     exact = _krylov(matrix, target, iterations)
     mistakes = {
         "that is one iteration too many: `iterations` counts the steps taken.": (
             _krylov(matrix, target, iterations + 1)
         ),
         "that is one iteration too few.": _krylov(matrix, target, iterations - 1),
-        "you stop too early: only a residual of zero ends the loop before the last iteration.": (
-            _krylov(matrix, target, 1)
-        ),
         "the residual grows: each step takes its image away, residual - length * product.": (
             _with_turned_residual(matrix, target, iterations)
         ),

@@ -143,8 +143,8 @@ def averaged_log_density(student: Student) -> None:
         _judge_averaged(got, *exact, action.double())
         right = torch.distributions.Normal(*exact).log_prob(action.double()).mean(-1)
         weights = draws(seed + 100)(*shape[:-1])
-        cut = "right numbers, but without a gradient: is there a `.detach()` or `.item()` in it?"
         for leaf, own, name in zip(asked.given, exact, ("mean", "sigma"), strict=False):
+            cut = f"right numbers, but without a gradient by {name}: is there a `.detach()` in it?"
             pulled = pulled_back(got, leaf, weights, cut)
             if not close(pulled, pulled_back(right, own, weights, cut), 1e-3):
                 raise Wrong(

@@ -127,3 +127,16 @@ def episode_mask(episodes: int, horizon: int, seed: int, dtype: torch.dtype) -> 
     lengths = torch.randint(1, horizon, (episodes,), generator=random)
     lengths[0] = horizon
     return (torch.arange(horizon) < lengths[:, None]).to(dtype)
+
+
+def agree(ours: Any, package: Any, tolerance: float = TOLERANCE) -> bool:
+    """Return whether a student's numbers equal the package's, whatever types hold them.
+
+    The cells after a check compare by this, so that a right answer in another precision, as a list
+    or as an array is right there, too; anything that is not numbers of the same shape is not equal.
+    """
+    try:
+        theirs = _tensor(package, "numbers")
+        return close(as_tensor(ours, tuple(theirs.shape), "numbers"), theirs, tolerance)
+    except Wrong:
+        return False
