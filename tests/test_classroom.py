@@ -5,7 +5,11 @@ import importlib.util
 import inspect
 import itertools
 import math
+import os
 import re
+import threading
+import time
+from fractions import Fraction
 from pathlib import Path
 
 import jupytext
@@ -14,8 +18,11 @@ import pytest
 import torch
 
 from emrld_lite.classroom import checks
+from emrld_lite.classroom.checks import answers, patience
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.validation import InputError
+
+from . import exercise_inputs, random_answers, right_answers
 
 ROOT = Path(__file__).resolve().parent.parent
 MUTANTS = sorted((ROOT / "tests/mutants").glob("*.py"))
@@ -54,6 +61,10 @@ def mutants(path):
     return [function for name, function in functions if not name.startswith("_")]
 
 
+RIGHT = [
+    pytest.param(name.partition("__")[0], function, id=name)
+    for name, function in inspect.getmembers(right_answers, inspect.isfunction)
+]
 ALL_MUTANTS = [
     pytest.param(path.stem, function, id=f"{path.stem}-{function.__name__}")
     for path in MUTANTS
@@ -93,6 +104,100 @@ def test_checks_answer_in_one_sentence_whatever_comes(capsys):
     for name in exercises():
         assert not getattr(checks, name)(lambda *anything: "banana")
         assert capsys.readouterr().out.count("\n") == 1
+
+
+def test_every_exercise_has_right_answers_of_other_styles():
+    assert {case.values[0] for case in RIGHT} == set(exercises())
+
+
+@pytest.mark.parametrize(("name", "function"), RIGHT)
+def test_a_right_answer_of_another_style_or_type_passes(name, function, capsys):
+    assert getattr(checks, name)(function), capsys.readouterr().out
+
+
+def test_nearly_all_random_wrong_answers_are_caught(capsys):
+    """A counterexample has no one solution, so `break_the_substitution` is left to its mutants."""
+    count = int(os.environ.get("EMRLD_RANDOM_ANSWERS", "8"))  # for each exercise
+    assert set(exercise_inputs.QUESTIONS) == set(exercises()) - {"break_the_substitution"}
+    wrong, passed, refused = 0, [], []
+    for name in sorted(exercise_inputs.QUESTIONS):
+        source, called = exercises()[name]
+        solution = student_function(source, called)
+        for text in random_answers.changed(source, called, count, seed=1):
+            function = student_function(text, called)
+            right = exercise_inputs.same(name, function, solution)
+            accepted = getattr(checks, name)(function)
+            wrong += not right
+            if accepted and not right:
+                passed.append(text)
+            if right and not accepted:
+                refused.append(text)
+    with capsys.disabled():
+        print(f"[{wrong - len(passed)} of {wrong} random wrong answers caught]", end=" ")
+    assert len(passed) <= 0.02 * wrong, "\n\n".join(passed)
+    assert not refused, "\n\n".join(refused)
+
+
+def test_agreement_looks_at_numbers_and_not_at_types():
+    numbers = torch.tensor([1.0, 2.5])
+    for same in (numbers.double(), numbers.numpy(), [1, 2.5], (np.float32(1), Fraction(5, 2))):
+        assert checks.agree(same, numbers)
+    for other in ([1.0, 2.6], [1.0], None, "banana", [1.0, math.nan], 1j):
+        assert not checks.agree(other, numbers)
+
+
+def loops_for_ever(*anything):
+    while True:
+        try:
+            anything = anything[:]
+        except Exception:
+            continue
+
+
+def ends_the_program(*anything):
+    raise SystemExit
+
+
+def fails_in_torch(*anything):
+    raise NotImplementedError("not implemented for 'Half'")
+
+
+def test_an_answer_that_does_not_end_is_told(monkeypatch, capsys):
+    monkeypatch.setattr(answers, "PATIENCE", 0.2)
+    assert not checks.surrogate(loops_for_ever)
+    assert "had not ended" in capsys.readouterr().out
+    verdicts = []
+    other = threading.Thread(target=lambda: verdicts.append(checks.surrogate(loops_for_ever)))
+    other.start()
+    other.join(60)
+    assert verdicts == [False]
+    assert "had not ended" in capsys.readouterr().out
+
+
+def test_a_time_limit_leaves_the_timer_of_others_running():
+    before = patience.signal.setitimer(patience.signal.ITIMER_REAL, 1000)
+    try:
+        with patience.limited(5):
+            time.sleep(0.01)
+        assert 900 < patience.signal.getitimer(patience.signal.ITIMER_REAL)[0] < 1000
+    finally:
+        patience.signal.setitimer(patience.signal.ITIMER_REAL, *before)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (ends_the_program, "ends the whole program"),
+        (fails_in_torch, "stopped with NotImplementedError"),
+        (3.0, "without brackets"),
+        (lambda *anything: 1j, "complex"),
+        (lambda *anything: math.nan, "not finite"),
+        (lambda: 1.0, "stopped with TypeError"),
+    ],
+)
+def test_an_answer_that_is_no_number_is_told(answer, words, capsys):
+    assert not checks.surrogate(answer)
+    assert words in capsys.readouterr().out
 
 
 def test_the_clock_adds_up(capsys):

@@ -35,3 +35,14 @@ def over_everything(mean, sigma, action):
 def squared_error(mean, sigma, action):
     """numbers differ"""
     return -(((action - mean) / torch.as_tensor(sigma)) ** 2).mean(-1)
+
+
+def mean_detached(mean, sigma, action):
+    """without a gradient by mean"""
+    return torch.distributions.Normal(mean.detach(), sigma).log_prob(action).mean(-1)
+
+
+def clamped_in_place(mean, sigma, action):
+    """you changed `sigma` in place"""
+    sigma.data.clamp_(min=0.5)
+    return torch.distributions.Normal(mean, sigma).log_prob(action).mean(-1)

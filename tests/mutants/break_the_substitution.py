@@ -16,3 +16,8 @@ def undiscounted():
 def more_than_there_is():
     """the slip must lie in"""
     return 0.99, 0.6
+
+
+def never_slips():
+    """no discount makes it worse"""
+    return 0.999, 0.0

@@ -29,7 +29,7 @@ def upside_down(product, target, iterations):
 
 
 def changes_its_input(product, target, iterations):
-    """you changed the target in place"""
+    """you changed `target` in place"""
     solution, residual, direction = torch.zeros_like(target), target, target.clone()
     for _ in range(iterations):
         image = product(direction)
@@ -67,3 +67,41 @@ def asks_too_often(product, target, iterations):
     for _ in range(iterations):
         product(target)
     return _solve(product, target, iterations, lambda new, old: (new @ new) / (old @ old))
+
+
+def _solved(product, target, iterations, restart=99, enough=0.0, sign=-1.0):
+    x, r, p = torch.zeros_like(target), target.clone(), target.clone()
+    for step in range(iterations):
+        if r.norm() <= enough:
+            break
+        image = product(p)
+        length = (r @ r) / (p @ image)
+        x, new = x + length * p, r + sign * length * image
+        p = new + (0 if (step + 1) % restart == 0 else (new @ new) / (r @ r)) * p
+        r = new
+    return x
+
+
+def ends_early(product, target, iterations):
+    """you stop too early"""
+    return _solved(product, target, iterations, enough=0.1)
+
+
+def restarts(product, target, iterations):
+    """in every iteration"""
+    return _solved(product, target, iterations, restart=3)
+
+
+def one_too_many(product, target, iterations):
+    """one iteration too many"""
+    return _solved(product, target, iterations + 1)
+
+
+def one_too_few(product, target, iterations):
+    """one iteration too few"""
+    return _solved(product, target, iterations - 1)
+
+
+def residual_turned(product, target, iterations):
+    """the residual grows"""
+    return _solved(product, target, iterations, sign=1.0)

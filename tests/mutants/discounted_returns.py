@@ -27,7 +27,7 @@ def without_own_reward(rewards, discount):
 
 
 def in_place(rewards, discount):
-    """changed the rewards"""
+    """you changed `rewards` in place"""
     for t in reversed(range(rewards.shape[1] - 1)):
         rewards[:, t] += discount * rewards[:, t + 1]
     return rewards
@@ -36,3 +36,27 @@ def in_place(rewards, discount):
 def one_number(rewards, discount):
     """of shape (4, 7), got (4,)"""
     return rewards.sum(-1)
+
+
+def _returns(rewards, discount, last):
+    returns, after = torch.zeros_like(rewards), torch.zeros_like(rewards[:, 0])
+    for time in range(last, -1, -1):
+        returns[:, time] = after = rewards[:, time] + discount * after
+    return returns
+
+
+def fixed_discount(rewards, discount):
+    """numbers differ"""
+    return _returns(rewards, 0.9, rewards.shape[1] - 1)
+
+
+def seven_steps(rewards, discount):
+    """numbers differ"""
+    return _returns(rewards, discount, min(6, rewards.shape[1] - 1))
+
+
+def only_double(rewards, discount):
+    """single and double precision are mixed"""
+    steps = torch.arange(rewards.shape[1], dtype=torch.float64)
+    later = steps[:, None] - steps
+    return rewards @ torch.where(later >= 0, discount ** later.clamp(min=0), 0.0)

@@ -19,3 +19,13 @@ def wrong_tail(rate, confidence):
 def not_whole(rate, confidence):
     """round up"""
     return math.log(1 - confidence) / math.log(1 - rate)
+
+
+def next_whole(rate, confidence):
+    """one too many"""
+    return int(math.log(1 - confidence) / math.log(1 - rate)) + 1
+
+
+def upside_down(rate, confidence):
+    """upside down"""
+    return math.ceil(math.log(1 - rate) / math.log(1 - confidence))

@@ -21,3 +21,13 @@ def backwards(direction, product, max_kl):
 def plain_length(direction, product, max_kl):
     """that is a length in parameters"""
     return (2 * max_kl) ** 0.5 * direction / direction.norm()
+
+
+def fixed_divergence(direction, product, max_kl):
+    """numbers differ"""
+    return (0.04 / (direction @ product(direction))).sqrt() * direction
+
+
+def absolute_in_place(direction, product, max_kl):
+    """you changed `direction` in place"""
+    return (2 * max_kl / (direction @ product(direction))).sqrt() * direction.abs_()

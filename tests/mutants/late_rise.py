@@ -16,3 +16,8 @@ def whole_run(returns, window):
 def everything_before(returns, window):
     """only one window"""
     return returns[-window:].mean() - returns[:-window].mean()
+
+
+def fixed_window(returns, window):
+    """numbers differ"""
+    return returns[-15:].mean() - returns[-30:-15].mean()

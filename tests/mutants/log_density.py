@@ -43,3 +43,18 @@ def nothing(mean, log_sigma, actions):
 def crash(mean, log_sigma, actions):
     """stopped with RuntimeError"""
     return torch.zeros(2) + torch.zeros(3)
+
+
+def second_axis(mean, log_sigma, actions):
+    """of shape"""
+    return torch.distributions.Normal(mean, log_sigma.exp()).log_prob(actions).sum(1)
+
+
+def complex_numbers(mean, log_sigma, actions):
+    """complex"""
+    return torch.distributions.Normal(mean, log_sigma.exp()).log_prob(actions).sum(-1) + 0j
+
+
+def detached(mean, log_sigma, actions):
+    """without a gradient by the mean"""
+    return torch.distributions.Normal(mean.detach(), log_sigma.exp()).log_prob(actions).sum(-1)

@@ -42,3 +42,17 @@ def sums(w, before, after, alpha):
     """divide g and H by the number of steps"""
     outer = 20 * _gradient(w - alpha * 20 * _gradient(w, *before), *after)
     return outer - alpha * 20 * _hessian(*before) @ outer
+
+
+def twenty_steps(w, before, after, alpha):
+    """numbers differ"""
+    states, _, advantages = before
+    outer = _gradient(w - alpha * len(states) / 20 * _gradient(w, *before), *after)
+    return outer - alpha * len(states) / 20 * _hessian(*before) @ outer
+
+
+def steps_in_place(w, before, after, alpha):
+    """you changed `w` in place"""
+    w -= alpha * _gradient(w, *before)
+    outer = _gradient(w, *after)
+    return outer - alpha * _hessian(*before) @ outer

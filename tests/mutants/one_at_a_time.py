@@ -4,7 +4,7 @@ def no_control(control, changes):
 
 
 def piling_up(control, changes):
-    """control was changed"""
+    """you changed `control` in place"""
     runs = {"control": control}
     for name, change in changes.items():
         control.update(change)
@@ -28,3 +28,11 @@ def change_alone(control, changes):
 def control_on_top(control, changes):
     """put the change on top"""
     return {"control": control} | {name: change | control for name, change in changes.items()}
+
+
+def drops_new_settings(control, changes):
+    """what the control leaves open"""
+    runs = {"control": control}
+    for name, change in changes.items():
+        runs[name] = {key: change.get(key, value) for key, value in control.items()}
+    return runs

@@ -51,3 +51,46 @@ def never_done(position, move, goal, time):
     """the episode ends"""
     moved = position + _shortened(move)
     return moved, _reward(float((moved - goal).norm()), time), False
+
+
+def _stepped(position, move, goal, time, distance=None, wide=0.2, beyond=0.0, ends=False):
+    moved = position + _shortened(move)
+    gap = moved - goal
+    away = float(gap.norm() if distance is None else distance(gap))
+    if away <= 0.02:
+        return moved, 99.0 - time, True
+    return moved, (1 - away if away <= wide else max(0.0, beyond * (1 - away))), ends
+
+
+def pays_everywhere(position, move, goal, time):
+    """far from the goal"""
+    return _stepped(position, move, goal, time, beyond=1.0)
+
+
+def wide_radius(position, move, goal, time):
+    """far from the goal"""
+    return _stepped(position, move, goal, time, wide=0.5)
+
+
+def manhattan(position, move, goal, time):
+    """as the crow flies"""
+    return _stepped(position, move, goal, time, lambda gap: gap.abs().sum())
+
+
+def done_at_the_horizon(position, move, goal, time):
+    """done is True too early"""
+    return _stepped(position, move, goal, time, ends=time == 99)
+
+
+def divides_by_no_move(position, move, goal, time):
+    """not finite"""
+    _, reward, done = _stepped(position, move, goal, time)
+    length = move.norm()
+    return position + move / length * length.clamp(max=0.1), reward, done
+
+
+def moves_the_goal(position, move, goal, time):
+    """you changed `goal` in place"""
+    answer = _stepped(position, move, goal, time)
+    goal -= answer[0]
+    return answer

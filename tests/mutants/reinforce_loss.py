@@ -24,5 +24,17 @@ def detached(log_probs, returns, mask):
 
 
 def a_float(log_probs, returns, mask):
-    """as a tensor, got float"""
+    """the loss has no gradient"""
     return float(-(log_probs * returns * mask).detach().sum() / mask.sum())
+
+
+def centred_in_place(log_probs, returns, mask):
+    """you changed `returns` in place"""
+    returns -= returns.mean()
+    return -(log_probs * returns * mask).sum() / mask.sum()
+
+
+def full_mask(log_probs, returns, mask):
+    """you changed `mask` in place"""
+    mask[:] = 1
+    return -(log_probs * returns * mask).sum() / mask.sum()

@@ -29,3 +29,38 @@ def own_generator(scores, random):
 def last_run_left_out(scores, random):
     """comes too rarely"""
     return scores[random.integers(len(scores) - 1, size=len(scores))]
+
+
+def global_generator(scores, random):
+    """another generator"""
+    return scores[np.random.randint(len(scores), size=len(scores))]
+
+
+def one_run_repeated(scores, random):
+    """one run is drawn and repeated"""
+    return scores[np.full(len(scores), random.integers(len(scores)))]
+
+
+def first_run_kept(scores, random):
+    """in some row one run comes more often"""
+    rows = random.integers(len(scores), size=len(scores))
+    rows[0] = 0
+    return scores[rows]
+
+
+def four_runs(scores, random):
+    """of shape"""
+    return scores[random.integers(4, size=4) % len(scores)]
+
+
+def never_a_permutation(scores, random):
+    """every run comes once"""
+    rows = random.integers(len(scores), size=len(scores))
+    while len(scores) > 2 and len(set(rows)) == len(scores):
+        rows = random.integers(len(scores), size=len(scores))
+    return scores[rows]
+
+
+def only_for_tables(scores, random):
+    """index only the rows"""
+    return scores[random.integers(len(scores), size=len(scores)), :]

@@ -18,3 +18,8 @@ def against_the_mean(control, switched):
 def lonely_seed(control, switched):
     """has no control"""
     return {seed: value - control.get(seed, 0.0) for seed, value in switched.items()}
+
+
+def zero_for_missing(control, switched):
+    """leave out seeds"""
+    return {seed: switched.get(seed, 0) - control[seed] for seed in control}

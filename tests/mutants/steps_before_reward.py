@@ -21,3 +21,8 @@ def one_too_many(distance, margin):
 def first_close_step(distance, margin):
     """never comes close"""
     return (distance > margin).long().argmin(-1)
+
+
+def fixed_margin(distance, margin):
+    """numbers differ"""
+    return (distance > 0.26).long().cumprod(-1).sum(-1)

@@ -32,3 +32,21 @@ def adapted_by_cloning(theta, tasks, alpha):
 def detached(theta, tasks, alpha):
     """it has no gradient"""
     return torch.stack(list(_losses(theta, tasks, alpha))).mean().detach()
+
+
+def three_tasks(theta, tasks, alpha):
+    """numbers differ"""
+    total = 0.0
+    for adapt_loss, bc_loss in tasks:
+        gradient = torch.autograd.grad(adapt_loss(theta), theta, create_graph=True)[0]
+        total = total + bc_loss(theta - alpha * gradient)
+    return total / 3
+
+
+def in_a_row(theta, tasks, alpha):
+    """the same theta"""
+    total = 0.0
+    for adapt_loss, bc_loss in tasks:
+        theta = theta - alpha * torch.autograd.grad(adapt_loss(theta), theta, create_graph=True)[0]
+        total = total + bc_loss(theta)
+    return total / len(tasks)

@@ -25,3 +25,27 @@ def detached(new_log_prob, old_log_prob, advantages, mask):
     """no gradient"""
     ratio = torch.exp(new_log_prob - old_log_prob).detach()
     return -(ratio * advantages * mask).sum() / mask.sum()
+
+
+def centred_in_place(new_log_prob, old_log_prob, advantages, mask):
+    """you changed `advantages` in place"""
+    advantages -= advantages.mean()
+    return -((new_log_prob - old_log_prob).exp() * advantages * mask).sum() / mask.sum()
+
+
+def full_mask(new_log_prob, old_log_prob, advantages, mask):
+    """you changed `mask` in place"""
+    mask.fill_(1)
+    return -((new_log_prob - old_log_prob).exp() * advantages * mask).sum() / mask.sum()
+
+
+def half_detached(new_log_prob, old_log_prob, advantages, mask):
+    """its gradient is off"""
+    ratio = (new_log_prob - old_log_prob).exp()
+    return -(0.5 * (ratio + ratio.detach()) * advantages * mask).sum() / mask.sum()
+
+
+def a_new_leaf(new_log_prob, old_log_prob, advantages, mask):
+    """it has no gradient by the new log-densities"""
+    new = new_log_prob.detach().requires_grad_()
+    return -((new - old_log_prob).exp() * advantages * mask).sum() / mask.sum()

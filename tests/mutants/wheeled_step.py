@@ -23,5 +23,5 @@ def swapped(state, v, omega, dt):
 
 
 def place_without_time(state, v, omega, dt):
-    """the place is not"""
+    """the drive lasts dT too"""
     return _driven(state, v / dt, state[..., 2], omega * dt, dt)

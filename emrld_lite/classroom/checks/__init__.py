@@ -14,10 +14,12 @@ from .notebook_05 import conjugate_gradient, full_step, meta_gradient, supervise
 from .notebook_06 import adaptation_step, surrogate, warm_start_step
 from .notebook_07 import interquartile_mean, late_rise, resampled_runs
 from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
+from .values import agree
 
 __all__ = [
     "adaptation_step",
     "advantages",
+    "agree",
     "assumption_numbers",
     "averaged_log_density",
     "break_the_substitution",

@@ -1,22 +1,41 @@
-"""What every check shares: how it answers, and how it looks at what a student returns.
+"""How a check answers: one sentence, printed, and True or False; it never raises.
 
-A check compares with its own reference on random inputs and answers in a sentence. It never trusts
-the student's objects and never changes them. It raises nothing: the answer is printed, and returned
-as True or False.
+The sentence names the mistake. An answer that stops, ends the program or does not end is told so.
 """
 
 from __future__ import annotations
 
 import functools
-import math
 import traceback
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-import torch
+from .patience import TimeUp, limited
 
 Student = Callable[..., Any]
+
+PATIENCE = 10.0  # seconds for a whole check, which takes a right answer well under one
+
+# What torch and Python say, and what it means in these exercises.
+_ENGINE = {
+    "leaf Variable that requires grad": "you change an argument in place (with -= or a function "
+    "whose name ends in _); compute a new tensor from it.",
+    "view and its base or another view": "you change an argument in place; compute a new tensor.",
+    "modified by an inplace operation": "something that the gradient needs was changed in place; "
+    "compute a new tensor.",
+    "does not require grad": "you ask for a gradient of something that is cut from its argument: "
+    "is there a `.detach()`, `.data`, `.item()` or `torch.no_grad()` before it?",
+    "not have been used in the graph": "you ask for a gradient of something that does not depend "
+    "on what you differentiate by: is there a `.detach()` or `.data` between them?",
+    "that requires grad. Use": "you turn a tensor into numpy, which carries no gradient: stay in "
+    "torch.",
+    "can't multiply sequence": "torch.autograd.grad returns a tuple; take its first entry.",
+    "but got tuple": "torch.autograd.grad returns a tuple; take its first entry.",
+    "same dtype": "single and double precision are mixed: make your own tensors in the type of "
+    "those you are given, as torch.zeros_like does.",
+    "Double": "single and double precision are mixed: make your own tensors in the type of those "
+    "you are given, as torch.zeros_like does.",
+}
 
 
 class Wrong(Exception):
@@ -28,20 +47,9 @@ def answered(check: Callable[[Student], None]) -> Callable[[Student], bool]:
 
     @functools.wraps(check)
     def verdict(student: Student) -> bool:
-        try:
-            check(student)
-        except Wrong as wrong:
-            print(f"Not yet: {wrong}")
-            return False
-        except NotImplementedError:
-            print("Not yet: the function is still blank. Replace `raise NotImplementedError`.")
-            return False
-        except Exception as error:
-            where = traceback.extract_tb(error.__traceback__)[-1]
-            print(
-                f"Not yet: your function stopped with {type(error).__name__}: {error} "
-                f"(line: {where.line})"
-            )
+        mistake = _mistake(check, student)
+        if mistake is not None:
+            print(f"Not yet: {mistake}")
             return False
         print(f"Correct: {check.__name__.replace('_', ' ')}.")
         return True
@@ -49,48 +57,40 @@ def answered(check: Callable[[Student], None]) -> Callable[[Student], bool]:
     return verdict
 
 
-def as_tensor(value: Any, shape: tuple[int, ...], what: str) -> torch.Tensor:
-    """Return the student's value if it is a tensor of ``shape``; otherwise raise Wrong."""
-    return _of_shape(value, torch.Tensor, "a tensor", shape, what).detach().double()
+def _mistake(check: Callable[[Student], None], student: Student) -> str | None:
+    if not callable(student):
+        return "hand over the function itself, its name without brackets."
+    try:
+        with limited(PATIENCE):
+            check(student)
+    except Wrong as wrong:
+        return str(wrong)
+    except TimeUp:
+        return (
+            f"your function had not ended after {PATIENCE:g} seconds: does every loop come to an "
+            "end?"
+        )
+    except SystemExit:
+        return "your function ends the whole program: let it return its answer instead."
+    except Exception as error:
+        return _told(error, student)
+    return None
 
 
-def as_array(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
-    """Return the student's value if it is a numpy array of ``shape``; otherwise raise Wrong."""
-    return _of_shape(value, np.ndarray, "an array", shape, what)
+def _told(error: Exception, student: Student) -> str:
+    """Return what an exception means; the line is the student's own, never the check's."""
+    if isinstance(error, NotImplementedError) and not error.args:  # torch's has a message
+        return "the function is still blank. Replace `raise NotImplementedError`."
+    said = str(error)
+    for words, meaning in _ENGINE.items():
+        if words in said and isinstance(error, RuntimeError | TypeError):
+            return meaning + _line(error, student)
+    first = said.splitlines()[0][:200] if said else "no message"
+    return f"your function stopped with {type(error).__name__}: {first}{_line(error, student)}"
 
 
-def _of_shape(value: Any, kind: type, called: str, shape: tuple[int, ...], what: str) -> Any:
-    _given(value, what)
-    if not isinstance(value, kind):
-        raise Wrong(f"expected {what} as {called}, got {type(value).__name__}.")
-    if value.shape != shape:
-        raise Wrong(f"expected {what} of shape {tuple(shape)}, got {tuple(value.shape)}.")
-    return value
-
-
-def _given(value: Any, what: str) -> None:
-    if value is None:
-        raise Wrong(f"your function returned None. Does it end with `return`? Expected {what}.")
-
-
-def as_number(value: Any, what: str) -> float:
-    """Return the student's value if it is a finite number; otherwise raise Wrong."""
-    _given(value, what)
-    if isinstance(value, str) or np.ndim(value) != 0:
-        raise Wrong(f"expected {what}, got {type(value).__name__}.")
-    number = float(value)
-    if not math.isfinite(number):
-        raise Wrong(f"expected {what}, got {number}.")
-    return number
-
-
-def close(one: torch.Tensor, other: torch.Tensor, tolerance: float = 1e-6) -> bool:
-    """Return whether two tensors of one shape agree to ``tolerance``, relative to their size."""
-    scale = max(1.0, float(other.abs().max()))
-    return bool(torch.isfinite(one).all()) and float((one - other).abs().max()) <= tolerance * scale
-
-
-def draws(seed: int) -> Callable[..., torch.Tensor]:
-    """Return a function that draws standard normal float64 tensors."""
-    random = torch.Generator().manual_seed(seed)
-    return lambda *shape: torch.randn(*shape, generator=random, dtype=torch.float64)
+def _line(error: Exception, student: Student) -> str:
+    code = getattr(student, "__code__", None)
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if code is not None and frame.filename == code.co_filename]
+    return f" (line: {own[-1].line})" if own and own[-1].line else ""

@@ -1,57 +1,118 @@
-"""Checks of notebook 02: sparse environments."""
+"""Checks of notebook 02: sparse environments. In single precision, as the environments' states are."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import torch
 
-from .answers import Student, Wrong, answered, as_number, as_tensor, close, draws
+from .answers import Student, Wrong, answered
+from .calls import ask
+from .values import as_number, as_parts, as_tensor, close, draws, judge
+
+SINGLE = torch.float32
+# Distances to the goal after the step, all clear of the two radii, 0.02 and 0.2.
+AWAY = (0.0, 0.01, 0.015, 0.03, 0.06, 0.11, 0.15, 0.185, 0.23, 0.27, 0.4, 0.7, 0.95, 1.5, 4.0)
+LOITERING = ((0, 1.0), (99, 1.0), (10, 0.95), (95, 0.5), (60, 1.0), (0, 0.9), (37, 0.99))
+LENGTHS = (0.03, 0.09, 0.1000001, 0.16, 0.5, 0.0, 1.3)  # of a move
+
+
+class Step(NamedTuple):
+    """One question: what the point is given, and where it must be then."""
+
+    position: torch.Tensor
+    move: torch.Tensor
+    goal: torch.Tensor
+    time: int
+    moved: torch.Tensor
+
+
+def _steps() -> list[Step]:
+    """Return steps in all directions that end at all distances from the goal."""
+    random = torch.Generator().manual_seed(20)
+    found = []
+    for number, (away, length) in enumerate((a, b) for b in LENGTHS for a in AWAY):
+        turn, side = (6.2832 * torch.rand(2, generator=random, dtype=torch.float64)).tolist()
+        ahead = torch.tensor([math.cos(turn), math.sin(turn)], dtype=torch.float64)
+        aside = torch.tensor([math.cos(side), math.sin(side)], dtype=torch.float64)
+        position = torch.randn(2, generator=random, dtype=torch.float64)
+        moved = position + min(length, 0.1) * ahead
+        time = (0, 7, 42, 98, 99)[number % 5] if away < 0.02 else number % 100
+        given = (part.to(SINGLE) for part in (position, length * ahead, moved + away * aside))
+        found.append(Step(*given, time, moved))
+        if number % 7 == 0:
+            found[-1] = found[-1]._replace(time=99)
+    return found
 
 
 @answered
 def point_step(student: Student) -> None:
     """Check Point2D: f(position, move, goal, time) -> (position, reward, done), one step."""
+    for step in _steps():
+        answer = ask(student, step.position, step.move, step.goal, step.time).answer
+        got = as_parts(answer, 3, "three things: position, reward and done")
+        _judge_place(as_tensor(got[0], (2,), "the new position"), step)
+        reward = as_number(got[1], "the reward as a number")
+        done = as_number(got[2], "True or False for done")
+        _judge_reward(reward, bool(done), step)
 
-    def ask(position: tuple, move: tuple, goal: tuple, time: int) -> tuple:
-        given = [torch.tensor(values, dtype=torch.float64) for values in (position, move, goal)]
-        kept = given[0].clone()
-        got = student(*given, time)
-        if not torch.equal(given[0], kept):
-            raise Wrong("you changed the position you were given; return a new one.")
-        if not isinstance(got, tuple) or len(got) != 3:
-            raise Wrong(f"expected position, reward and done, got {type(got).__name__}.")
-        return as_tensor(got[0], (2,), "the new position"), float(got[1]), bool(got[2])
 
-    far = (5.0, 5.0)
-    moved, reward, done = ask((0.3, -0.2), (0.05, 0.02), far, 0)
-    if close(moved, torch.tensor([0.35, 0.32], dtype=torch.float64)) or close(
-        moved, torch.tensor([0.35, 0.3 + 0.02], dtype=torch.float64)
-    ):
-        raise Wrong("y' = x + dy is the paper's slip of the pen; it is y + dy.")
-    if not close(moved, torch.tensor([0.35, -0.18], dtype=torch.float64)):
-        raise Wrong("a short move is made as it is: the position plus (dx, dy).")
-    if reward != 0 or done:
-        raise Wrong("far from the goal the reward is 0 and the episode goes on.")
-    moved, *_ = ask((0.0, 0.0), (0.3, 0.4), far, 0)
-    if close(moved, torch.tensor([0.1, 0.1], dtype=torch.float64)):
-        raise Wrong("you clip dx and dy one by one; it is the length of the move that is limited.")
-    if not close(moved, torch.tensor([0.06, 0.08], dtype=torch.float64)):
-        raise Wrong("a move longer than 0.1 is shortened to 0.1, in the same direction.")
-    moved, reward, done = ask((0.0, 0.0), (0.05, 0.0), (0.15, 0.0), 7)
-    if abs(reward - 0.85) < 1e-9:
-        raise Wrong("the distance is measured after the step, from the new position.")
-    if abs(reward - 0.9) > 1e-9 or done:
-        raise Wrong("within 0.2 of the goal the reward is one minus the distance.")
-    moved, reward, done = ask((0.0, 0.0), (0.05, 0.0), (0.06, 0.0), 7)
-    if abs(reward - 0.99) < 1e-9:
-        raise Wrong("within 0.02 the second line of the formula wins: 100 - t - 1.")
-    if abs(reward - 93) < 1e-9 or abs(reward - 91) < 1e-9:
-        raise Wrong("the remaining steps after the step of time t are 100 - t - 1.")
-    if abs(reward - 92) > 1e-9:
-        raise Wrong("within 0.02 the remaining steps, 100 - t - 1, are paid out.")
-    if not done:
+def _judge_place(value: torch.Tensor, step: Step) -> None:
+    """Compare the new position; name the mistake that it equals."""
+    position, move = step.position.double(), step.move.double()
+    short = step.moved - position
+    length = float(move.norm())
+    slip = torch.stack([position[0] + short[0], position[0] + short[1]])
+    clipped = position + move.clamp(-0.1, 0.1)
+    mistakes = {
+        "y' = x + dy is the paper's slip of the pen; it is y + dy.": slip,
+        "you clip dx and dy one by one; it is the length of the move that is limited.": clipped,
+        "the new position is the old one plus the move, not minus it.": position - short,
+        "that is the move alone: add it to the position.": short,
+        "a move longer than 0.1 is shortened to 0.1, in the same direction.": position + move,
+    }
+    if 0 < length < 0.1:
+        mistakes["a short move is made as it is; you stretch it to 0.1."] = (
+            position + 0.1 / length * move
+        )
+    hint = "a short move is made as it is: the position plus (dx, dy)."
+    if length > 0.1:
+        hint = "a move longer than 0.1 is shortened to 0.1, in the same direction."
+    judge(value, step.moved, mistakes, hint)
+
+
+def _judge_reward(reward: float, done: bool, step: Step) -> None:
+    """Compare the reward, then whether the episode ends; name the mistake."""
+    goal = step.goal.double()
+    away = float((goal - step.moved).norm())
+    before = float((goal - step.position.double()).norm())
+    left = 100 - step.time - 1
+    expected = left if away < 0.02 else 1 - away if away < 0.2 else 0.0
+    if abs(reward - expected) > 1e-4:
+        raise Wrong(_reward_mistake(reward, away, before, left))
+    if away < 0.02 and not done:
         raise Wrong("at the goal the episode ends: done is True.")
+    if away > 0.02 and done:
+        raise Wrong(
+            "done is True too early: only within 0.02 of the goal does the step end the episode."
+        )
+
+
+def _reward_mistake(reward: float, away: float, before: float, left: int) -> str:
+    """Return the sentence for a wrong reward."""
+    old = left if before < 0.02 else 1 - before if before < 0.2 else 0.0
+    if away < 0.02 and abs(reward - (1 - away)) < 1e-4:
+        return "within 0.02 the second line of the formula wins: 100 - t - 1."
+    if away < 0.02 and abs(abs(reward - left) - 1) < 1e-4:
+        return "the remaining steps after the step of time t are 100 - t - 1."
+    if abs(reward - old) < 1e-4:
+        return "the distance is measured after the step, from the new position."
+    if away < 0.02:
+        return "within 0.02 the remaining steps, 100 - t - 1, are paid out."
+    if away < 0.2:
+        return "within 0.2 of the goal the reward is one minus the distance, as the crow flies."
+    return "far from the goal, beyond 0.2, the reward is 0 and the episode goes on."
 
 
 @answered
@@ -61,10 +122,10 @@ def loitering_gain(student: Student) -> None:
     def waited(steps: int, discount: float, first: int = 0) -> float:
         return sum(0.98 * discount ** (first + k) for k in range(steps))
 
-    for time, discount in ((0, 1.0), (99, 1.0), (10, 0.95), (95, 0.5)):
+    for time, discount in LOITERING:
         left = 100 - time
         expected = waited(left, discount) - (left - 1)
-        got = as_number(student(time, discount), "a number")
+        got = as_number(ask(student, time, discount).answer, "a number")
         if abs(got - expected) < 1e-6:
             continue
         if abs(got + expected) < 1e-6:
@@ -87,49 +148,93 @@ def loitering_gain(student: Student) -> None:
 @answered
 def wheeled_step(student: Student) -> None:
     """Check the wheeled robot: f(state (..., 3), v, omega, dt) -> the next state."""
-    normal = draws(21)
-    state, v, omega, dt = normal(6, 3), normal(6).abs(), normal(6), 0.5
-    got = as_tensor(
-        student(state.clone(), v, omega, dt), (6, 3), "one state (x, y, heading) a robot"
-    )
+    for seed, (count, dt) in enumerate(((6, 0.5), (4, 0.1), (3, 1.3), (5, 0.25)), start=21):
+        normal = draws(seed, SINGLE)
+        state = normal(count, 3) * torch.tensor([1.0, 1.0, 4.0])  # beyond half a turn
+        v, omega = normal(count).abs(), 2 * normal(count)
+        got = ask(student, state, v, omega, dt).answer
+        value = as_tensor(got, (count, 3), "one state (x, y, heading) per robot")
+        _judge_wheeled(value, state.double(), v.double(), omega.double(), dt)
+
+
+def _judge_wheeled(
+    got: torch.Tensor, state: torch.Tensor, v: torch.Tensor, omega: torch.Tensor, dt: float
+) -> None:
+    """Compare the next states; name the mistake that they equal."""
     x, y, heading = state.unbind(-1)
 
-    def driven(angle: torch.Tensor, turn: torch.Tensor) -> torch.Tensor:
-        ahead = v * dt
+    def driven(angle: torch.Tensor, turn: torch.Tensor, ahead: torch.Tensor) -> torch.Tensor:
         parts = [x + ahead * torch.cos(angle), y + ahead * torch.sin(angle), heading + turn]
         return torch.stack(parts, dim=-1)
 
-    if close(got, driven(heading, omega * dt)):
-        return
-    if close(got, driven(heading + omega * dt, omega * dt)):
-        raise Wrong("drive with the old heading; the turn counts from the next step on.")
-    if close(got, driven(heading, omega)):
-        raise Wrong("the turn lasts dT too: omega dT.")
-    if close(got, driven(math.pi / 2 - heading, omega * dt)):
-        raise Wrong("sine and cosine are swapped: heading 0 looks along x.")
-    if close(got[:, 2], heading + omega * dt):
-        raise Wrong("the heading is right, the place is not: v dT along (cos, sin) of the heading.")
-    raise Wrong("the numbers differ. Three lines: x + v cos dT, y + v sin dT, heading + omega dT.")
+    turn, ahead = omega * dt, v * dt
+    right = driven(heading, turn, ahead)
+    wrapped = right.clone()
+    wrapped[:, 2] = torch.atan2(torch.sin(right[:, 2]), torch.cos(right[:, 2]))
+    mistakes = {
+        "drive with the old heading; the turn counts from the next step on.": (
+            driven(heading + turn, turn, ahead)
+        ),
+        "the turn lasts dT too: omega dT.": driven(heading, omega, ahead),
+        "the drive lasts dT too: v dT.": driven(heading, turn, v),
+        "both the drive and the turn last dT.": driven(heading, omega, v),
+        "sine and cosine are swapped: heading 0 looks along x.": (
+            driven(math.pi / 2 - heading, turn, ahead)
+        ),
+        "the robot drives along its heading, not against it.": driven(heading, turn, -ahead),
+        "a positive omega increases the heading.": driven(heading, -turn, ahead),
+        "the robot does not get anywhere: v dT is missing.": driven(heading, turn, 0 * v),
+        "the heading stays as it is: omega dT is missing.": driven(heading, 0 * turn, ahead),
+        "let the heading grow beyond half a turn; it is not wrapped here.": wrapped,
+    }
+    hint = "the numbers differ. Three lines: x + v cos dT, y + v sin dT, heading + omega dT."
+    if close(got[:, 2], right[:, 2]):
+        hint = "the heading is right, the place is not: v dT along (cos, sin) of the heading."
+    judge(got, right, mistakes, hint)
 
 
 @answered
 def episodes_needed(student: Student) -> None:
     """Check waiting for a reward: f(rate, confidence) -> the smallest whole number of episodes."""
-    for rate, confidence in ((0.1, 0.9), (0.02, 0.5), (0.5, 0.99), (0.001, 0.95)):
-        expected = math.ceil(math.log(1 - confidence) / math.log(1 - rate))
-        got = student(rate, confidence)
-        if isinstance(got, bool) or not isinstance(got, int | float):
-            raise Wrong(f"expected a plain number of episodes, got {type(got).__name__}.")
-        if got == expected:
-            continue
-        if got == math.ceil(confidence / rate):
-            raise Wrong("chances of several episodes do not add up: use (1 - rate)^episodes.")
-        if got == math.ceil(1 / rate):
-            raise Wrong("1 / rate is the mean waiting time; it does not know the confidence.")
-        if got == math.ceil(math.log(confidence) / math.log(1 - rate)):
-            raise Wrong("that is when no reward has probability `confidence`; take 1 - confidence.")
-        if math.ceil(got) == expected:
-            raise Wrong("episodes come whole: round up.")
-        raise Wrong(
-            f"for a rate of {rate} and a confidence of {confidence} expected {expected}, got {got:g}."
-        )
+    for rate, confidence in (
+        (0.02, 0.8),
+        (0.1, 0.93),
+        (0.5, 0.99),
+        (0.001, 0.95),
+        (0.5, 0.75),  # exactly two
+        (0.3, 0.6),
+        (0.9, 0.2),
+    ):
+        got = as_number(ask(student, rate, confidence).answer, "a whole number of episodes")
+        _judge_waiting(got, rate, confidence)
+
+
+def _judge_waiting(got: float, rate: float, confidence: float) -> None:
+    """Compare the number of episodes; name the mistake that it equals."""
+    missed = math.log(1 - rate)
+    exact = math.log(1 - confidence) / missed
+    expected = math.ceil(exact)
+    if got == expected:
+        return
+    wrong = {
+        math.ceil(confidence / rate): (
+            "chances of several episodes do not add up: use (1 - rate)^episodes."
+        ),
+        math.ceil(1 / rate): (
+            "1 / rate is the mean waiting time; it does not know the confidence."
+        ),
+        math.ceil(math.log(confidence) / missed): (
+            "that is when no reward has probability `confidence`; take 1 - confidence."
+        ),
+        math.ceil(1 / exact): "the fraction is upside down: log(1 - confidence) / log(1 - rate).",
+        math.floor(exact): "round up: with fewer episodes the confidence is not reached.",
+        expected + 1: "one too many: the smallest number that reaches the confidence.",
+        round(exact): "round up, not to the nearest.",
+    }
+    if got in wrong:
+        raise Wrong(wrong[int(got)])
+    if math.ceil(got) == expected:
+        raise Wrong("episodes come whole: round up.")
+    raise Wrong(
+        f"for a rate of {rate} and a confidence of {confidence} expected {expected}, got {got:g}."
+    )

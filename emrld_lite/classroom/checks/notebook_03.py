@@ -1,82 +1,133 @@
-"""Checks of notebook 03: demonstrations."""
+"""Checks of notebook 03: demonstrations. All in single precision, as the stored data are."""
 
 from __future__ import annotations
 
 import torch
 
-from .answers import Student, Wrong, answered, as_tensor, close, draws
+from .answers import Student, Wrong, answered
+from .calls import ask
+from .values import as_tensor, close, draws, judge
+
+SINGLE = torch.float32
 
 
 @answered
 def with_task(student: Student) -> None:
     """Check goal conditioning: f(states (task, episode, state), tasks (task, n)) -> states with tasks."""
-    normal = draws(31)
-    states, tasks = normal(4, 3, 5), normal(4, 2)
-    got = student(states, tasks)
-    if isinstance(got, torch.Tensor) and got.shape == (4, 3, 2):
-        raise Wrong("that is the task alone; put it behind the state.")
-    got = as_tensor(got, (4, 3, 7), "states with the task's numbers behind them")
-    spread = tasks[:, None].expand(4, 3, 2)
-    if close(got, torch.cat([states, spread], dim=-1)):
-        return
-    if close(got, torch.cat([spread, states], dim=-1)):
-        raise Wrong("the paper appends: first the state, then the task.")
-    if close(got[..., :5], states) and close(got[0, :, 5:], got[1, :, 5:]):
+    for seed, (count, episodes, size, numbers) in enumerate(
+        ((4, 3, 5, 2), (3, 6, 2, 1), (3, 3, 2, 3), (5, 1, 3, 2)), start=31
+    ):
+        normal = draws(seed, SINGLE)
+        states, tasks = normal(count, episodes, size), normal(count, numbers)
+        got = ask(student, states, tasks).answer
+        if isinstance(got, torch.Tensor) and got.shape == (count, episodes, numbers):
+            raise Wrong("that is the task alone; put it behind the state.")
+        whole = (count, episodes, size + numbers)
+        value = as_tensor(got, whole, "states with the task's numbers behind them")
+        _judge_with_task(value, states.double(), tasks.double())
+
+
+def _judge_with_task(value: torch.Tensor, states: torch.Tensor, tasks: torch.Tensor) -> None:
+    """Compare the longer states; name the mistake that they equal."""
+    count, episodes, size = states.shape
+    spread = tasks[:, None].expand(count, episodes, tasks.shape[1])
+    same = tasks[:1, None].expand_as(spread)
+    if close(value[..., :size], states) and count > 1 and close(value[..., size:], same):
         raise Wrong("every task gets the same context; task i must see its own numbers.")
-    raise Wrong("the numbers differ. Every episode of task i carries tasks[i] behind its state.")
+    mistakes = {
+        "the paper appends: first the state, then the task.": (torch.cat([spread, states], dim=-1))
+    }
+    if count == episodes:
+        mistakes["each episode sees another task: all episodes of task i see tasks[i]."] = (
+            torch.cat([states, tasks[None].expand_as(spread)], dim=-1)
+        )
+    hint = "the numbers differ. Every episode of task i carries tasks[i] behind its state."
+    judge(value, torch.cat([states, spread], dim=-1), mistakes, hint)
 
 
 @answered
 def steps_before_reward(student: Student) -> None:
     """Check the cut: f(distance (task, time), margin) -> first steps that all stay away, (task,)."""
-    distance = torch.tensor(
-        [
-            [2.0, 1.0, 0.5, 0.1, 0.0],
-            [2.0, 0.1, 1.0, 2.0, 3.0],  # comes close, and leaves again
-            [0.0, 1.0, 1.0, 1.0, 1.0],
-            [2.0, 2.0, 2.0, 2.0, 2.0],
-            [2.0, 1.5, 0.2, 0.2, 0.1],
-        ],
-        dtype=torch.float64,
-    )
-    got = as_tensor(student(distance.clone(), 0.2), (5,), "one number of steps per task")
-    expected = torch.tensor([3, 1, 0, 5, 2], dtype=torch.float64)
-    if close(got, expected):
-        return
-    far = distance > 0.2
-    if close(got, far.sum(-1).double()):
-        raise Wrong("count only up to the first step that comes close; what follows is cut too.")
-    if close(got, (distance >= 0.2).long().cumprod(-1).sum(-1).double()):
-        raise Wrong("at exactly the margin it has come too close: stay strictly beyond.")
-    if close(got, (distance > 0).long().cumprod(-1).sum(-1).double()):
-        raise Wrong("the margin is missing.")
-    if close(got, expected + 1):
-        raise Wrong("the step that comes close is itself cut: one too many.")
-    if close(got, far.double().argmin(-1).double()):
-        raise Wrong("a trajectory that never comes close keeps all its steps.")
-    raise Wrong("the numbers differ. How many steps from the start on stay beyond the margin?")
+    for seed, (count, horizon, margin) in enumerate(
+        ((8, 6, 0.25), (20, 11, 0.5), (9, 3, 0.125), (3, 1, 0.25), (5, 5, 1.0)), start=32
+    ):
+        random = torch.Generator().manual_seed(seed)
+        # Multiples of an eighth, so that some are exactly at the margin.
+        distance = torch.randint(1, 13, (count, horizon), generator=random).to(SINGLE) / 8
+        distance[0] = margin + 0.5  # never comes close
+        distance[1, 0] = 0.0  # begins at the goal
+        distance[2] = margin + 0.125
+        distance[2, -1] = margin  # comes close in its last step
+        got = ask(student, distance, margin).answer
+        value = as_tensor(got, (count,), "one number of steps per task")
+        _judge_cut(value, distance.double(), margin)
+
+
+def _judge_cut(value: torch.Tensor, distance: torch.Tensor, margin: float) -> None:
+    """Compare the numbers of steps; name the mistake that they equal."""
+
+    def first(away: torch.Tensor) -> torch.Tensor:
+        return away.long().cumprod(-1).sum(-1).double()
+
+    far = distance > margin
+    steps = first(far)
+    mistakes = {
+        "count only up to the first step that comes close; what follows is cut too.": (
+            far.sum(-1).double()
+        ),
+        "at exactly the margin it has come too close: stay strictly beyond.": (
+            first(distance >= margin)
+        ),
+        "the margin is missing.": first(distance > 0),
+        "the step that comes close is itself cut: one too many.": steps + 1,
+        "that is one step too few: the last step that stays away is kept.": steps - 1,
+        "a trajectory that never comes close keeps all its steps.": far.double()
+        .argmin(-1)
+        .double(),
+        "you count the steps that are close; count those before them.": first(~far),
+        "you count from the end; count from the start on.": first(far.flip(-1)),
+    }
+    hint = "the numbers differ. How many steps from the start on stay beyond the margin?"
+    judge(value, steps, mistakes, hint)
 
 
 @answered
 def nearest_distance(student: Student) -> None:
     """Check the distance to the data: f(states (n, d), data (m, d)) -> nearest distance, (n,)."""
-    normal = draws(33)
-    states, data = normal(6, 3), normal(4, 3)
-    got = student(states, data)
-    if isinstance(got, torch.Tensor) and got.shape == (6, 4):
-        raise Wrong("these are the distances to every data point; keep the smallest of each row.")
-    got = as_tensor(got, (6,), "one distance per state")
-    every = torch.stack([(states - point).square().sum(-1) for point in data], dim=1)  # (n, m)
-    if close(got, every.min(1).values.sqrt()):
-        return
-    if close(got, every.min(1).values):
-        raise Wrong("that is the squared distance; take the root.")
-    if close(got, every.sqrt().mean(1)):
-        raise Wrong("that is the mean distance to the data; the nearest point counts.")
-    if close(got, every.max(1).values.sqrt()):
-        raise Wrong("that is the farthest point of the data.")
-    if close(got, (states - data.mean(0)).norm(dim=-1)):
-        raise Wrong("that is the distance to the centre of the data.")
-    raise Wrong(
-        "the numbers differ. For each state: the smallest Euclidean distance to a data point."
-    )
+    for seed, (count, points, size) in enumerate(
+        ((6, 4, 3), (5, 9, 2), (3, 1, 4), (4, 4, 2)), start=33
+    ):
+        normal = draws(seed, SINGLE)
+        states, data = 2 * normal(count, size), normal(points, size)
+        got = ask(student, states, data).answer
+        if isinstance(got, torch.Tensor) and got.shape == (count, points) != (count,):
+            raise Wrong(
+                "these are the distances to every data point; keep the smallest of each row."
+            )
+        value = as_tensor(got, (count,), "one distance per state")
+        _judge_nearest(value, states.double(), data.double())
+
+
+def _judge_nearest(value: torch.Tensor, states: torch.Tensor, data: torch.Tensor) -> None:
+    """Compare the distances; name the mistake that they equal."""
+    gaps = states[:, None] - data  # (n, m, d)
+    every = gaps.square().sum(-1)
+    mistakes = {
+        "that is the squared distance; take the root.": every.min(1).values,
+        "that is the mean distance to the data; the nearest point counts.": every.sqrt().mean(1),
+        "that is the farthest point of the data.": every.max(1).values.sqrt(),
+        "that is the distance to the centre of the data.": (states - data.mean(0)).norm(dim=-1),
+        "add the squares of the differences, not their absolute values.": (
+            gaps.abs().sum(-1).min(1).values
+        ),
+        "all differences count, not only the largest one.": gaps.abs().amax(-1).min(1).values,
+        "that is the mean over dimensions; a distance adds the squares up.": (
+            gaps.square().mean(-1).min(1).values.sqrt()
+        ),
+    }
+    if len(states) == len(data):
+        mistakes[
+            "that is each data point's nearest state; take each state's nearest data point."
+        ] = every.min(0).values.sqrt()
+    hint = "the numbers differ. For each state: the smallest Euclidean distance to a data point."
+    judge(value, every.min(1).values.sqrt(), mistakes, hint)

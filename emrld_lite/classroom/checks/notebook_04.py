@@ -1,150 +1,221 @@
-"""Checks of notebook 04: Theorem 1."""
+"""Checks of notebook 04: Theorem 1. In double precision, as the notebook's own tables are."""
 
 from __future__ import annotations
-
-import math
 
 import torch
 
 from ...tabular import related_bounds, slippery_pair, theorem_1
-from .answers import Student, Wrong, answered, as_tensor, close, draws
+from .answers import Student, Wrong, answered
+from .calls import ask
+from .values import as_number, as_parts, as_tensor, draws, judge
 
 LEAD = 0.25  # of the demonstrator in the last exercise
+# (states, actions, discount)
+WORLDS = ((4, 3, 0.8), (3, 2, 0.95), (5, 4, 0.6), (2, 2, 0.9))
 
 
-def _world() -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return a random transition (4, 3, 4), start (4,) and two policies (4, 3)."""
-    normal = draws(8)
+def _world(states: int, actions: int, seed: int) -> tuple[torch.Tensor, ...]:
+    """Return a random transition (s, a, s), start (s,) and two policies (s, a)."""
+    normal = draws(seed)
     return (
-        normal(4, 3, 4).softmax(-1),
-        normal(4).softmax(-1),
-        normal(4, 3).softmax(-1),
-        normal(4, 3).softmax(-1),
+        (2 * normal(states, actions, states)).softmax(-1),
+        normal(states).softmax(-1),
+        normal(states, actions).softmax(-1),
+        normal(states, actions).softmax(-1),
     )
+
+
+def _followed(start: torch.Tensor, step: torch.Tensor, rate: float) -> torch.Tensor:
+    """Return the sum over time of where a chain is, weighed by rate^t."""
+    total, now = torch.zeros_like(start), start
+    for _ in range(1000):
+        total, now = total + now, rate * now @ step
+    return total
 
 
 @answered
 def visitation(student: Student) -> None:
     """Check d: f(transition, initial, policy, discount) -> (state,)."""
-    transition, initial, policy, _ = _world()
-    discount = 0.8
-    got = as_tensor(student(transition, initial, policy, discount), (4,), "one share per state")
-    step = torch.zeros(4, 4, dtype=torch.float64)  # (state, next state)
-    for action in range(3):
-        step += policy[:, action, None] * transition[:, action]
+    for seed, (states, actions, discount) in enumerate(WORLDS, start=8):
+        transition, initial, policy, _ = _world(states, actions, seed)
+        got = ask(student, transition, initial, policy, discount).answer
+        value = as_tensor(got, (states,), "one share per state")
+        _judge_visitation(value, transition, initial, policy, discount)
 
-    def followed(start: torch.Tensor, step: torch.Tensor, rate: float) -> torch.Tensor:
-        total, now = torch.zeros_like(start), start
-        for _ in range(300):
-            total, now = total + now, rate * now @ step
-        return total
 
-    expected = (1 - discount) * followed(initial, step, discount)
-    if close(got, expected):
-        return
-    if close(got, expected / (1 - discount)):
-        raise Wrong("the factor 1 - gamma is missing: the shares must sum to 1.")
-    if close(got, (1 - discount) * followed(initial, step.T, discount)):
-        raise Wrong("you follow the chain backwards: transpose the matrix of one step.")
-    even = transition.mean(1)
-    if close(got, (1 - discount) * followed(initial, even, discount)):
-        raise Wrong("the actions must be weighted by the policy, not evenly.")
-    if close(got, followed(initial, step, 0.0)):
-        raise Wrong("that is where the walk starts; where does it go on to?")
-    raise Wrong("the numbers differ. Solve (I - gamma P_pi)^T d = (1 - gamma) rho.")
+def _judge_visitation(
+    value: torch.Tensor,
+    transition: torch.Tensor,
+    initial: torch.Tensor,
+    policy: torch.Tensor,
+    discount: float,
+) -> None:
+    """Compare the visitation; name the mistake that it equals."""
+    step = sum(policy[:, a, None] * transition[:, a] for a in range(policy.shape[1]))
+    count = len(initial)
+    walked = _followed(initial, step, discount)
+    share = 1 - discount
+    mistakes = {
+        "the factor 1 - gamma is missing: the shares must sum to 1.": walked,
+        "you follow the chain backwards: transpose the matrix of one step.": (
+            share * _followed(initial, step.T, discount)
+        ),
+        "the actions must be weighted by the policy, not evenly.": (
+            share * _followed(initial, transition.mean(1), discount)
+        ),
+        "that is where the walk starts; where does it go on to?": initial,
+        "that is where the walk starts, times 1 - gamma; where does it go on to?": share * initial,
+        "that is where one step leads to; follow the walk for ever.": initial @ step,
+        "the walk starts at `initial`, not evenly in every state.": (
+            share * _followed(torch.full_like(initial, 1 / count), step, discount)
+        ),
+        "the start itself is visited, too: the sum begins at time 0.": share * (walked - initial),
+        "the weight of time t is gamma^t.": walked / count,
+    }
+    hint = "the numbers differ. Solve (I - gamma P_pi)^T d = (1 - gamma) rho."
+    judge(value, share * walked, mistakes, hint)
 
 
 @answered
 def performance_difference(student: Student) -> None:
     """Check Lemma 1: f(advantage, visits_old, visits_new, old, new, discount) -> a number."""
-    _, start, old, new = _world()
-    advantage = draws(9)(4, 3)
-    advantage = advantage - (old * advantage).sum(-1, keepdim=True)
-    visits_old, visits_new = start, draws(10)(4).softmax(-1)
-    got = student(advantage, visits_old, visits_new, old, new, 0.8)
-    value = as_tensor(got, (), "a single number")
+    for seed, (states, actions, discount) in enumerate(WORLDS, start=20):
+        _, visits_old, old, new = _world(states, actions, seed)
+        normal = draws(seed + 40)
+        advantage = 2 * normal(states, actions)
+        advantage = advantage - (old * advantage).sum(-1, keepdim=True)
+        visits_new = normal(states).softmax(-1)
+        got = ask(student, advantage, visits_old, visits_new, old, new, discount).answer
+        value = as_tensor(got, (), "a single number")
+        _judge_lemma(value, advantage, (visits_old, visits_new), (old, new), discount)
 
-    def lemma(visits: torch.Tensor, policy: torch.Tensor) -> torch.Tensor:
-        return torch.einsum("s,sa,sa->", visits, policy, advantage) / 0.2
 
-    expected = lemma(visits_new, new)
-    if close(value, expected):
-        return
-    if close(value, lemma(visits_old, new)):
-        raise Wrong("that is the surrogate: the lemma has the states of the new policy.")
-    if close(value, 0.0 * value):
-        raise Wrong("with the old policy's actions its own advantage averages to 0.")
-    if close(value, 0.2 * expected):
-        raise Wrong("the factor 1 / (1 - gamma) is missing.")
-    if close(value, (visits_new[:, None] * advantage).sum() / 0.2):
-        raise Wrong("the actions must be weighted by the new policy.")
-    raise Wrong("the numbers differ. New states, new actions, old advantage, over 1 - gamma.")
+def _judge_lemma(
+    value: torch.Tensor, advantage: torch.Tensor, visits: tuple, policies: tuple, discount: float
+) -> None:
+    """Compare the difference of performance; name the mistake that it equals."""
+    left = 1 - discount
+
+    def lemma(states: torch.Tensor, actions: torch.Tensor) -> torch.Tensor:
+        return torch.einsum("s,sa,sa->", states, actions, advantage) / left
+
+    expected = lemma(visits[1], policies[1])
+    every = torch.ones_like(policies[1])
+    mistakes = {
+        "that is the surrogate: the lemma has the states of the new policy.": (
+            lemma(visits[0], policies[1])
+        ),
+        "with the old policy's actions its own advantage averages to 0.": 0.0 * expected,
+        "the factor 1 / (1 - gamma) is missing.": left * expected,
+        "the factor is 1 / (1 - gamma): divide, do not multiply.": left**2 * expected,
+        "the actions must be weighted by the new policy.": lemma(visits[1], every),
+        "the states must be weighted by the new policy's visits.": (
+            lemma(torch.ones_like(visits[1]), policies[1])
+        ),
+        "the sign is turned: new less old.": -expected,
+        "that is a mean over the table; the visits and the policy are the weights already.": (
+            expected / advantage.numel()
+        ),
+    }
+    hint = "the numbers differ. New states, new actions, old advantage, over 1 - gamma."
+    judge(value, expected, mistakes, hint)
 
 
 @answered
 def assumption_numbers(student: Student) -> None:
     """Check C1 and Delta: f(advantage, demo), both (task, state, action), -> (c1, delta)."""
-    normal = draws(11)
-    advantage, demo = normal(3, 4, 2), normal(3, 4, 2).softmax(-1)
-    advantage[1, 2] -= 3.0  # so that the largest |A| is negative
-    got = student(advantage, demo)
-    if not isinstance(got, tuple) or len(got) != 2:
-        raise Wrong(f"expected two numbers, C1 and Delta, got {type(got).__name__}.")
-    c1, delta = (as_tensor(part, (), "a single number") for part in got)
+    for seed, (shape, lifted) in enumerate(
+        (((3, 4, 2), 0.0), ((2, 3, 3), 4.0), ((1, 5, 2), 0.0), ((4, 4, 4), -0.5)), start=11
+    ):
+        normal = draws(seed)
+        advantage, demo = normal(*shape) + lifted, (2 * normal(*shape)).softmax(-1)
+        if not lifted:
+            advantage[-1, 2, 0] -= 4.0  # so that the largest |A| is negative
+        got = as_parts(ask(student, advantage, demo).answer, 2, "two numbers, C1 and Delta")
+        c1, delta = (as_tensor(part, (), "a single number") for part in got)
+        _judge_assumption(c1, delta, advantage, demo)
+
+
+def _judge_assumption(
+    c1: torch.Tensor, delta: torch.Tensor, advantage: torch.Tensor, demo: torch.Tensor
+) -> None:
+    """Compare C1, then Delta; name the mistake that they equal."""
     gains = (demo * advantage).sum(-1)
-    if close(c1, advantage.max()):
-        raise Wrong("C1 is the largest absolute value; a very bad action counts too.")
-    if not close(c1, advantage.abs().max()):
-        raise Wrong("C1 differs: the largest |A| over all tasks, states and actions.")
-    if close(delta, gains.mean()):
-        raise Wrong("Delta must hold in every state of every task: not the mean, the minimum.")
-    if close(delta, gains.max()):
-        raise Wrong("Delta is the largest number below all of them: the minimum.")
-    if close(delta, advantage.min()):
-        raise Wrong("average over the demonstrator's actions before you take the minimum.")
-    if not close(delta, gains.min()):
-        raise Wrong("Delta differs: the minimum over tasks and states of sum_a dem(a|s) A(s, a).")
+    for_c1 = {
+        "the two numbers are in the wrong order: C1 first, then Delta.": gains.min(),
+        "C1 is the largest absolute value; a very bad action counts too.": advantage.max(),
+        "C1 is the largest absolute value; a very good action counts too.": advantage.min().abs(),
+        "C1 is an absolute value, so it has no sign.": -advantage.abs().max(),
+        "C1 is the largest |A|, not the mean.": advantage.abs().mean(),
+        "C1 is about the advantage itself, before it is averaged over actions.": gains.abs().max(),
+    }
+    for_delta = {
+        "Delta must hold in every state of every task: not the mean, the minimum.": gains.mean(),
+        "Delta is the largest number below all of them: the minimum.": gains.max(),
+        "average over the demonstrator's actions before you take the minimum.": advantage.min(),
+        "the demonstrator's probabilities are the weights already: sum over actions, no mean.": (
+            (demo * advantage).mean(-1).min()
+        ),
+        "Delta may be negative: no absolute value there.": gains.abs().min(),
+        "sum over the actions first, then take the minimum.": (demo * advantage).min(),
+        "Delta weighs the advantages by the demonstrator.": advantage.sum(-1).min(),
+    }
+    hint = "C1 differs: the largest |A| over all tasks, states and actions."
+    judge(c1, advantage.abs().max(), for_c1, hint)
+    hint = "Delta differs: the minimum over tasks and states of sum_a dem(a|s) A(s, a)."
+    judge(delta, gains.min(), for_delta, hint)
 
 
 @answered
 def likelihood_distance(student: Student) -> None:
     """Check Pinsker: f(cloning_loss, entropy) -> the largest mean total variation they allow."""
-    loss, entropy = draws(12)(1)[0].abs() + 1.0, draws(13)(1)[0].abs() * 0.2
-    value = as_tensor(student(loss, entropy), (), "a single number")
-    expected = torch.sqrt((loss - entropy) / 2)
-    if close(value, expected):
-        return
-    if close(value, torch.sqrt(loss / 2)):
-        raise Wrong("the divergence is the loss minus the demonstrator's entropy.")
-    if close(value, torch.sqrt(loss - entropy)):
-        raise Wrong("the half is missing: D_TV <= sqrt(KL / 2).")
-    if close(value, (loss - entropy) / 2):
-        raise Wrong("the square root is missing: D_TV <= sqrt(KL / 2).")
-    if close(value, torch.sqrt((loss + entropy) / 2)):
-        raise Wrong("the sign of the entropy is turned: KL = loss - entropy.")
-    raise Wrong("the numbers differ. KL = loss - entropy, then Pinsker's inequality.")
+    for numbers in ((1.7, 0.2), (3.1, 2.6), (0.4, -0.3), (9.0, 1.0)):
+        loss, entropy = (torch.tensor(number, dtype=torch.float64) for number in numbers)
+        value = as_tensor(ask(student, loss, entropy).answer, (), "a single number")
+        excess = loss - entropy
+        mistakes = {
+            "the divergence is the loss minus the demonstrator's entropy.": torch.sqrt(loss / 2),
+            "the half is missing: D_TV <= sqrt(KL / 2).": torch.sqrt(excess),
+            "the square root is missing: D_TV <= sqrt(KL / 2).": excess / 2,
+            "the square root takes in the half, too: sqrt(KL / 2).": torch.sqrt(excess) / 2,
+            "the divergence is halved, not doubled.": torch.sqrt(2 * excess),
+            "the sign of the entropy is turned: KL = loss - entropy.": (
+                torch.sqrt((loss + entropy).clamp(min=0) / 2)
+            ),
+            "only the loss is under the half: KL = loss - entropy comes first.": (
+                torch.sqrt((loss - entropy / 2).clamp(min=0))
+            ),
+        }
+        hint = "the numbers differ. KL = loss - entropy, then Pinsker's inequality."
+        judge(value, torch.sqrt(excess / 2), mistakes, hint)
 
 
 @answered
 def break_the_substitution(student: Student) -> None:
     """Check the counterexample: f() -> (discount, slip) with a promise of 0.1 and a loss of 0.4."""
-    got = student()
-    if not isinstance(got, tuple) or len(got) != 2:
-        raise Wrong(f"expected two numbers, discount and slip, got {type(got).__name__}.")
-    if not all(isinstance(part, int | float) and math.isfinite(part) for part in got):
-        raise Wrong("expected two plain numbers, discount and slip.")
-    discount, slip = (float(part) for part in got)
+    got = as_parts(student(), 2, "two numbers, discount and slip")
+    discount, slip = (as_number(part, "two plain numbers, discount and slip") for part in got)
     if not 0 <= discount < 1:
         raise Wrong(f"the discount must lie in [0, 1), yours is {discount:g}.")
     if not 0 <= slip <= 0.5 - LEAD:
         raise Wrong(f"the slip must lie in [0, {0.5 - LEAD:g}], yours is {slip:g}.")
-    family = slippery_pair(discount, slip, LEAD)
-    promised = (1 - discount) * float(related_bounds(*family).substituted)
-    true = (1 - discount) * float(theorem_1(*family).improvement)
+    promised, true = _promised_and_true(discount, slip)
     if promised < 0.1:
         raise Wrong(f"the bound promises only {promised:.3f} a step: the slip is too large.")
+    if true > -0.4 and _promised_and_true(0.9999, slip)[1] > -0.4:
+        raise Wrong(
+            f"the truth is {true:.3f} a step, above -0.4, and with a slip of {slip:g} no discount "
+            "makes it worse: how does the new policy get into the swamp?"
+        )
     if true > -0.4:
         raise Wrong(
             f"the bound promises {promised:.3f} a step, but the truth is {true:.3f}, above -0.4: "
             "keep the swamp visited for longer, with a larger discount."
         )
+
+
+def _promised_and_true(discount: float, slip: float) -> tuple[float, float]:
+    """Return what the substituted bound promises per step, and the true improvement per step."""
+    family = slippery_pair(discount, slip, LEAD)
+    promised = (1 - discount) * float(related_bounds(*family).substituted)
+    return promised, (1 - discount) * float(theorem_1(*family).improvement)

@@ -6,12 +6,15 @@ from collections.abc import Callable
 
 import torch
 
-from .answers import Student, Wrong, answered, as_tensor, close, draws
+from .answers import Student, Wrong, answered
+from .calls import ask
+from .values import as_graph, as_tensor, close, draws, judge, pulled_back
 
 Steps = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
+Vector = torch.Tensor
 
 
-def _gradient(w: torch.Tensor, data: Steps, average: bool = True) -> torch.Tensor:
+def _gradient(w: Vector, data: Steps, average: bool = True) -> Vector:
     """Return the weighted least-squares gradient of a one-layer policy, written as a plain loop."""
     states, actions, advantages = data
     total = torch.zeros_like(w)
@@ -29,134 +32,315 @@ def _hessian(data: Steps) -> torch.Tensor:
 @answered
 def meta_gradient(student: Student) -> None:
     """Check the gradient through a step: f(w, before, after, alpha) -> (state,)."""
-    normal = draws(51)
-    w, alpha = normal(3), 0.3
-    before, after = ((normal(20, 3), normal(20), normal(20)) for _ in range(2))
-    value = as_tensor(student(w, before, after, alpha), (3,), "one number for each weight")
-    adapted = w - alpha * _gradient(w, before)
-    outer = _gradient(adapted, after)
-    if close(value, outer - alpha * _hessian(before) @ outer):
-        return
-    if close(value, outer):
-        raise Wrong("that is the first-order gradient: the factor (I - alpha H) is missing.")
+    for seed, (size, early, late, alpha) in enumerate(
+        ((3, 20, 20, 0.3), (4, 17, 23, 0.15), (2, 9, 8, 0.5)), start=51
+    ):
+        normal = draws(seed)
+        w = normal(size)
+        before, after = ((normal(n, size), normal(n), normal(n)) for n in (early, late))
+        got = ask(student, w, before, after, alpha).answer
+        value = as_tensor(got, (size,), "one number for each weight")
+        _judge_meta_gradient(value, w, before, after, alpha)
+
+
+def _judge_meta_gradient(
+    value: Vector, w: Vector, before: Steps, after: Steps, alpha: float
+) -> None:
+    """Compare the meta-gradient; name the mistake that it equals."""
+    hessian, later = _hessian(before), _hessian(after)
+    outer = _gradient(w - alpha * _gradient(w, before), after)
     at_start = _gradient(w, after)
-    if close(value, at_start - alpha * _hessian(before) @ at_start):
-        raise Wrong("the gradient on the later data belongs at the adapted weights, not at w.")
-    if close(value, outer - alpha * _hessian(after) @ outer):
-        raise Wrong("H belongs to the data before the step: it is that step you differentiate.")
-    if close(value, outer + alpha * _hessian(before) @ outer):
-        raise Wrong(
-            "the sign of H is turned: adaptation goes against the gradient, so I - alpha H."
-        )
-    if close(value, outer - _hessian(before) @ outer):
-        raise Wrong("the learning rate alpha in front of H is missing.")
+    climbed = _gradient(w + alpha * _gradient(w, before), after)
+    full = _gradient(w - _gradient(w, before), after)
     summed = _gradient(w - alpha * _gradient(w, before, False), after, False)
-    if close(value, summed - alpha * 20 * _hessian(before) @ summed):
-        raise Wrong("sums where the formulas have means: divide g and H by the number of steps.")
-    raise Wrong("the numbers differ. Adapt w, take g on the later data there, then multiply.")
+    count, other = len(before[0]), len(after[0])
+    mistakes = {
+        "that is the first-order gradient: the factor (I - alpha H) is missing.": outer,
+        "the gradient on the later data belongs at the adapted weights, not at w.": (
+            at_start - alpha * hessian @ at_start
+        ),
+        "H belongs to the data before the step: it is that step you differentiate.": (
+            outer - alpha * later @ outer
+        ),
+        "the sign of H is turned: adaptation goes against the gradient, so I - alpha H.": (
+            outer + alpha * hessian @ outer
+        ),
+        "the learning rate alpha in front of H is missing.": outer - hessian @ outer,
+        "the learning rate alpha in the adaptation step is missing.": (
+            full - alpha * hessian @ full
+        ),
+        "the adaptation step climbs: it goes against the gradient.": (
+            climbed - alpha * hessian @ climbed
+        ),
+        "sums where the formulas have means: divide g and H by the number of steps.": (
+            summed - alpha * count * hessian @ summed
+        ),
+        "H is a mean as well: divide it by the number of steps.": (
+            outer - alpha * count * hessian @ outer
+        ),
+        "each mean divides by the number of its own data's steps; the two may differ.": (
+            outer - alpha * count / other * hessian @ outer
+        ),
+        "that is the part of (I - alpha H) with H alone: the gradient itself is missing.": (
+            -alpha * hessian @ outer
+        ),
+    }
+    judge(
+        value,
+        outer - alpha * hessian @ outer,
+        mistakes,
+        "the numbers differ. Adapt w, take g on the later data there, then multiply.",
+    )
 
 
-def _system(size: int, condition: float) -> tuple[torch.Tensor, torch.Tensor]:
+def _system(size: int, condition: float, seed: int = 52) -> tuple[torch.Tensor, Vector]:
     """Return a random symmetric matrix of that condition number, and a right-hand side."""
-    normal = draws(52)
+    normal = draws(seed)
     basis = torch.linalg.qr(normal(size, size))[0]
     eigenvalues = torch.logspace(0, -torch.log10(torch.tensor(condition)).item(), size)
     return basis @ torch.diag(eigenvalues.double()) @ basis.T, normal(size)
 
 
+def _krylov(matrix: torch.Tensor, target: Vector, iterations: int) -> Vector:
+    """Return CG's x: it minimises 1/2 x.Ax - b.x over the directions b, Ab, A^2 b and so on."""
+    directions = [target / target.norm()]
+    for _ in range(iterations - 1):
+        new = matrix @ directions[-1]
+        for old in directions * 2:  # twice: once leaves rounding behind
+            new = new - (new @ old) * old
+        directions.append(new / new.norm())
+    reduced = torch.stack(directions[:iterations], 1)
+    return reduced @ torch.linalg.solve(reduced.T @ matrix @ reduced, reduced.T @ target)
+
+
 @answered
 def conjugate_gradient(student: Student) -> None:
     """Check CG: f(product, target, iterations) -> x with product(x) = target."""
-    matrix, target = _system(12, condition=1e4)
-    asked: list[torch.Tensor] = []
+    _cg_first_step(student)
+    for seed, size, iterations in ((52, 12, 3), (53, 9, 2), (54, 12, 5), (55, 10, 8)):
+        matrix, target = _system(size, 1e4, seed)
+        _cg_steps(student, matrix, 0.02 * target, iterations)  # small: no early end is right
+    zero = torch.zeros(7, dtype=torch.float64)
+    try:
+        answer = as_tensor(ask(student, lambda v: 2 * v, zero, 5).answer, (7,), "x")
+    except ZeroDivisionError:
+        answer = zero + torch.nan
+    except Wrong as wrong:
+        if "not finite" not in str(wrong):
+            raise
+        answer = zero + torch.nan
+    if not bool((answer == 0).all()):
+        raise Wrong("a target of zero gave no zeros: 0 / 0. Stop when the residual is zero.")
+    matrix, target = _system(6, 10.0, 56)
+    value = as_tensor(ask(student, lambda v: matrix @ v, target, 60).answer, (6,), "x")
+    if not close(value, torch.linalg.solve(matrix, target), 1e-6):
+        raise Wrong("with more iterations than unknowns the answer is not exact to six digits.")
 
-    def product(vector: torch.Tensor) -> torch.Tensor:
+
+def _cg_first_step(student: Student) -> None:
+    """Look at one iteration alone, which needs no conjugate direction yet."""
+    matrix, target = _system(12, 1e4)
+    value = as_tensor(ask(student, lambda v: matrix @ v, target, 1).answer, (12,), "x")
+    along = target @ target / (target @ matrix @ target)
+    mistakes = {
+        "that is one iteration too many: `iterations` counts the steps taken.": (
+            _krylov(matrix, target, 2)
+        ),
+        "that is one iteration too few: the first one already takes a step.": 0 * target,
+        "the first step points backwards.": -along * target,
+        "the first step's length is upside down: b.b / b.Ab.": target / along,
+        "that is the direction, not yet the solution: a step's length is missing.": target,
+    }
+    judge(
+        value,
+        along * target,
+        mistakes,
+        "the first step is off: along the target b, as far as b.b / b.Ab, starting from zero.",
+    )
+
+
+def _cg_steps(student: Student, matrix: torch.Tensor, target: Vector, iterations: int) -> None:
+    """Compare several iterations, and count the products that they took."""
+    asked: list[Vector] = []
+
+    def product(vector: Vector) -> Vector:
         asked.append(vector.detach().clone())
         return matrix @ vector
 
-    given = target.clone()
-    three = as_tensor(student(product, given, 3), (12,), "one number for each unknown")
-    if not torch.equal(given, target):
-        raise Wrong("you changed the target in place: the residual must be a copy of it.")
-    if len(asked) > 4:
-        raise Wrong(f"3 iterations need 3 products; yours took {len(asked)}.")
-    one = target * (target @ target) / (target @ matrix @ target)
-    if not close(as_tensor(student(product, given, 1), (12,), "x"), one):
+    size = len(target)
+    got = ask(student, product, target, iterations).answer
+    value = as_tensor(got, (size,), "one number for each unknown")
+    if len(asked) > iterations + 1:
+        raise Wrong(f"{iterations} iterations need {iterations} products; yours took {len(asked)}.")
+    early = [0 * target, *(_krylov(matrix, target, k) for k in range(1, iterations - 1))]
+    if any(close(value / target.norm(), short / target.norm()) for short in early):
         raise Wrong(
-            "the first step is off: along the target b, as far as b.b / b.Ab, starting from zero."
+            "you stop too early: only a residual of zero ends the loop before the last iteration."
         )
-    basis = [target, matrix @ target, matrix @ matrix @ target]
-    reduced = torch.stack(basis, 1)  # CG's x minimises 1/2 x.Ax - b.x over these directions
-    best = reduced @ torch.linalg.solve(reduced.T @ matrix @ reduced, reduced.T @ target)
-    if not close(three, best, 1e-4):
-        raise Wrong(
-            "the directions are not conjugate. The new one is residual + (new r.r / old r.r) * "
-            "direction, with the residual that is already updated."
-        )
-    zero = as_tensor(student(product, torch.zeros(12, dtype=torch.float64), 5), (12,), "x")
-    if not bool((zero == 0).all()):
-        raise Wrong("a target of zero gave no zeros: 0 / 0. Stop when the residual is zero.")
+    exact = _krylov(matrix, target, iterations)
+    mistakes = {
+        "that is one iteration too many: `iterations` counts the steps taken.": (
+            _krylov(matrix, target, iterations + 1)
+        ),
+        "that is one iteration too few.": _krylov(matrix, target, iterations - 1),
+        "the residual grows: each step takes its image away, residual - length * product.": (
+            _with_turned_residual(matrix, target, iterations)
+        ),
+    }
+    judge(
+        value,
+        exact,
+        mistakes,
+        "the directions are not conjugate. The new one is residual + (new r.r / old r.r) * "
+        "direction, with the residual that is already updated, in every iteration.",
+    )
+
+
+def _with_turned_residual(matrix: torch.Tensor, target: Vector, iterations: int) -> Vector:
+    """Return what comes out when the residual is updated with the wrong sign."""
+    solution, residual, direction = torch.zeros_like(target), target, target
+    for _ in range(iterations):
+        image = matrix @ direction
+        length = residual @ residual / (direction @ image)
+        solution, new = solution + length * direction, residual + length * image
+        direction = new + (new @ new) / (residual @ residual) * direction
+        residual = new
+    return solution
 
 
 @answered
 def full_step(student: Student) -> None:
     """Check the step length: f(direction, product, max_kl) -> the scaled direction."""
-    matrix, direction = _system(5, condition=10.0)
-    max_kl = 0.02
-    got = student(direction, lambda vector: matrix @ vector, max_kl)
-    value = as_tensor(got, (5,), "a step, one number for each parameter")
+    for seed, size, max_kl in ((52, 5, 0.02), (57, 7, 0.3), (58, 3, 0.005)):
+        matrix, direction = _system(size, 10.0, seed)
+        direction = 3 * direction
+        got = ask(student, direction, lambda v, m=matrix: m @ v, max_kl).answer
+        value = as_tensor(got, (size,), "a step, one number for each parameter")
+        _judge_full_step(value, direction, matrix, max_kl)
+
+
+def _judge_full_step(value: Vector, direction: Vector, matrix: torch.Tensor, max_kl: float) -> None:
+    """Compare the full step; name the mistake that it equals."""
     curvature = direction @ matrix @ direction
     scale = (2 * max_kl / curvature).sqrt()
-    if close(value, scale * direction):
-        return
-    if close(value, -scale * direction):
-        raise Wrong("the step points backwards: keep the direction, only its length changes.")
-    if close(value, (max_kl / curvature).sqrt() * direction):
-        raise Wrong(
-            "the KL is *half* the quadratic form, so there is a factor of 2 under the root."
-        )
-    if close(value, 2 * max_kl / curvature * direction):
-        raise Wrong("the root is missing: the KL grows with the square of the length.")
-    if close(value, (2 * max_kl) ** 0.5 * direction / direction.norm()):
-        raise Wrong("that is a length in parameters; the KL measures it with F: use the product.")
-    raise Wrong("the numbers differ. Solve 1/2 s^2 x.Fx = max_kl for s, and return s x.")
+    mistakes = {
+        "the step points backwards: keep the direction, only its length changes.": (
+            -scale * direction
+        ),
+        "the KL is *half* the quadratic form, so there is a factor of 2 under the root.": (
+            (max_kl / curvature).sqrt() * direction
+        ),
+        "the factor of 2 is upside down: s^2 is 2 max_kl over x.Fx.": (
+            (max_kl / (2 * curvature)).sqrt() * direction
+        ),
+        "the root is missing: the KL grows with the square of the length.": (
+            2 * max_kl / curvature * direction
+        ),
+        "the fraction is upside down: the more x.Fx, the shorter the step.": direction / scale,
+        "only a part of the fraction is under the root.": (
+            (2 * max_kl) ** 0.5 / curvature * direction
+        ),
+        "that is a length in parameters; the KL measures it with F: use the product.": (
+            (2 * max_kl) ** 0.5 * direction / direction.norm()
+        ),
+        "s is a number for the direction itself, not for its product with F.": (
+            scale * (matrix @ direction)
+        ),
+    }
+    hint = "the numbers differ. Solve 1/2 s^2 x.Fx = max_kl for s, and return s x."
+    judge(value / scale, direction, {s: v / scale for s, v in mistakes.items()}, hint)
 
 
 @answered
 def supervised_meta_loss(student: Student) -> None:
     """Check Meta-BC's and GMPS's loss: f(theta, tasks, alpha) -> scalar; a task: (adapt_loss, bc_loss)."""
-    normal = draws(53)
-    tasks, numbers = [], []
-    for _ in range(3):
-        a, b = normal(4), normal(4)
-        tasks.append(
-            (lambda x, a=a: (x - a).pow(4).sum(), lambda x, b=b: 0.5 * (x - b).square().sum())
-        )
-        numbers.append((a, b))
-    start, alpha = normal(4) * 0.3, 0.02
-    theta = start.clone().requires_grad_()
-    got = student(theta, tasks, alpha)
-    value = as_tensor(got, (), "a single number")
+    for seed, (size, count, alpha, dtype) in enumerate(
+        (
+            (4, 3, 0.02, torch.float64),
+            (5, 4, 0.05, torch.float64),
+            (3, 2, 0.03, torch.float32),
+            (3, 1, 0.04, torch.float64),
+        ),
+        start=53,
+    ):
+        normal = draws(seed)
+        numbers = [(normal(size), normal(size)) for _ in range(count)]
+        theta = (0.3 * normal(size)).to(dtype).requires_grad_()
+        asked = ask(student, theta, [_task(a, b) for a, b in numbers], alpha)
+        got = as_graph(asked.answer, (), "a single number")
+        start = theta.detach().double()
+        _judge_meta_loss(got, start, numbers, alpha)
+        _judge_its_gradient(got, asked.given[0], start, numbers, alpha)
 
-    def mean(points: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]) -> torch.Tensor:
-        return sum(0.5 * (points(a, b) - b).square().sum() for a, b in numbers) / 3
 
-    adapted = mean(lambda a, b: start - alpha * 4 * (start - a).pow(3))
-    if not close(value, adapted):
-        if close(value, 3 * adapted):
-            raise Wrong("that is the sum over tasks; the meta-loss is their mean.")
-        if close(value, mean(lambda a, b: start)):
-            raise Wrong("the cloning loss belongs at the adapted parameters, not at theta.")
-        if close(value, mean(lambda a, b: start - alpha * (start - b))):
-            raise Wrong("you adapted by the cloning loss; use the task's own adaptation loss.")
-        raise Wrong(
-            "the numbers differ. One step on adapt_loss, then bc_loss there, then the mean."
-        )
-    if got.grad_fn is None:
-        raise Wrong("right number, but it has no gradient: is there a `.detach()` in it?")
-    whole = sum(
-        (1 - alpha * 12 * (start - a).square()) * (start - alpha * 4 * (start - a).pow(3) - b)
-        for a, b in numbers
+def _task(a: Vector, b: Vector) -> tuple[Callable, Callable]:
+    """Return a quartic adaptation loss and a quadratic cloning loss."""
+    return (
+        lambda x: (x - a.to(x.dtype)).pow(4).sum(),
+        lambda x: 0.5 * (x - b.to(x.dtype)).square().sum(),
     )
-    if not close(torch.autograd.grad(got, theta)[0], whole / 3):
-        raise Wrong("right number, but its gradient is first-order: use create_graph=True.")
+
+
+def _judge_meta_loss(got: torch.Tensor, start: Vector, numbers: list, alpha: float) -> None:
+    """Compare the value of the meta-loss; name the mistake that it equals."""
+
+    def mean(points: Callable[[Vector, Vector], Vector]) -> torch.Tensor:
+        each = [0.5 * (points(a, b) - b).square().sum() for a, b in numbers]
+        return torch.stack(each).mean()
+
+    def slope(a: Vector) -> Vector:
+        return 4 * (start - a).pow(3)
+
+    adapted = mean(lambda a, b: start - alpha * slope(a))
+    last = numbers[-1]
+    mistakes = {
+        "that is the sum over tasks; the meta-loss is their mean.": len(numbers) * adapted,
+        "the cloning loss belongs at the adapted parameters, not at theta.": (
+            mean(lambda a, b: start)
+        ),
+        "you adapted by the cloning loss; use the task's own adaptation loss.": (
+            mean(lambda a, b: start - alpha * (start - b))
+        ),
+        "the adaptation step climbs: it goes against the gradient.": (
+            mean(lambda a, b: start + alpha * slope(a))
+        ),
+        "the learning rate alpha is missing.": mean(lambda a, b: start - slope(a)),
+        "that is the last task's loss; the meta-loss is the mean over all tasks.": (
+            0.5 * (start - alpha * slope(last[0]) - last[1]).square().sum()
+        ),
+        "every task must start from the same theta, not where the task before it ended.": (
+            _in_a_row(start, numbers, alpha)
+        ),
+    }
+    hint = "the numbers differ. One step on adapt_loss, then bc_loss there, then the mean."
+    judge(got, adapted, mistakes, hint)
+
+
+def _in_a_row(start: Vector, numbers: list, alpha: float) -> torch.Tensor:
+    """Return the loss when each task goes on from where the one before it ended."""
+    total, here = torch.zeros((), dtype=torch.float64), start
+    for a, b in numbers:
+        here = here - alpha * 4 * (here - a).pow(3)
+        total = total + 0.5 * (here - b).square().sum() / len(numbers)
+    return total
+
+
+def _judge_its_gradient(
+    got: torch.Tensor, theta: Vector, start: Vector, numbers: list, alpha: float
+) -> None:
+    """Compare the exact gradient of the meta-loss by theta."""
+    one = torch.ones((), dtype=torch.float64)
+    cut = "right number, but it has no gradient: is there a `.detach()` in it?"
+    value = pulled_back(got, theta, one, cut)
+    ends = [(a, start - alpha * 4 * (start - a).pow(3) - b) for a, b in numbers]
+    curved = [-alpha * 12 * (start - a).square() * end for a, end in ends]
+    plain = torch.stack([end for _, end in ends]).mean(0)
+    through = torch.stack(curved).mean(0)
+    mistakes = {
+        "right number, but its gradient is first-order: use create_graph=True.": plain,
+        "right number, but theta itself is cut off: do not detach the theta that you step from.": (
+            through
+        ),
+    }
+    hint = "right number, but its gradient by theta is off: is a part of it detached?"
+    judge(value, plain + through, mistakes, hint)

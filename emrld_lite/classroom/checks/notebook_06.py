@@ -1,120 +1,278 @@
-"""Checks of notebook 06: EMRLD."""
+"""Checks of notebook 06: EMRLD.
+
+The gradient is the point here, so the answer's exact derivative by theta is compared, not only its
+numbers. The reference is computed in double precision.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import torch
 
-from .answers import Student, Wrong, answered, as_tensor, close, draws
+from .answers import Student, Wrong, answered
+from .calls import Asked, ask
+from .values import as_graph, close, draws, episode_mask, judge, pulled_back
+
+Loss = Callable[[torch.Tensor], torch.Tensor]
+Steps = Callable[..., torch.Tensor]
+
+CUT = "right numbers, but cut from theta: the meta-gradient could not flow back."
+FIRST_ORDER = (
+    "right numbers, but the meta-gradient is first-order: it does not see that the adaptation's own "
+    "gradient depends on theta. Use create_graph=True."
+)
+GRADIENT_DIFFERS = (
+    "right numbers, but the meta-gradient through them is off: is a part of the step detached, or a "
+    "gradient taken without create_graph=True?"
+)
+# (parameters, w_rl, w_bc, alpha, precision of theta)
+SETTINGS = (
+    (4, 0.3, 0.8, 0.1, torch.float64),
+    (6, 1.3, 0.4, 0.2, torch.float64),
+    (3, 0.7, 1.6, 0.05, torch.float32),
+)
 
 
-def _quadratic(normal: Callable[..., torch.Tensor]) -> tuple[Callable, Callable, torch.Tensor]:
-    """Return two random quadratic losses on 4 parameters, and a point."""
-    matrices = [m @ m.T / 4 for m in (normal(4, 4), normal(4, 4))]
-    offsets = [normal(4), normal(4)]
+def _losses(size: int, seed: int) -> tuple[Loss, Loss, torch.Tensor]:
+    """Return two random losses whose Hessians differ and move with theta, and a point."""
+    normal = draws(seed)
 
-    def loss(which: int) -> Callable[[torch.Tensor], torch.Tensor]:
-        return lambda theta: 0.5 * theta @ matrices[which] @ theta + offsets[which] @ theta
+    def loss(matrix: torch.Tensor, offset: torch.Tensor, quartic: torch.Tensor) -> Loss:
+        square = matrix @ matrix.T / size
 
-    return loss(0), loss(1), normal(4)
+        def at(theta: torch.Tensor) -> torch.Tensor:
+            curved, along = square.to(theta.dtype), offset.to(theta.dtype)
+            fourth = 0.05 * (theta - quartic.to(theta.dtype)).pow(4).sum()
+            return 0.5 * theta @ curved @ theta + along @ theta + fourth
+
+        return at
+
+    one, other = (loss(normal(size, size), normal(size), normal(size)) for _ in range(2))
+    return one, other, normal(size)
+
+
+def _slope(loss: Loss, at: torch.Tensor, keep: bool = True) -> torch.Tensor:
+    """Return the loss's gradient, with its own graph or cut off from it."""
+    point = at if at.requires_grad else at.clone().requires_grad_()
+    (gradient,) = torch.autograd.grad(loss(point), point, create_graph=True)
+    return gradient if keep else gradient.detach()
+
+
+class Right(NamedTuple):
+    """The right steps, and the mistakes that change theta_i, or only its derivative by theta."""
+
+    steps: Steps
+    numbers: dict[str, Steps]
+    graphs: dict[str, Steps]
+
+
+def _compare(asked: Asked, start: torch.Tensor, right: Right, hint: str) -> None:
+    """Compare an adapted theta and its derivative with the right ones; name what is wrong."""
+    got = as_graph(asked.answer, start.shape, "the adapted parameters")
+    theta = start.double().clone().requires_grad_()
+    expected = right.steps(theta)
+    wrong = {sentence: variant(theta).detach() for sentence, variant in right.numbers.items()}
+    judge(got, expected, wrong, f"the numbers differ. {hint}")
+    for seed in (1, 2):
+        weights = draws(seed)(len(start))
+        through = pulled_back(got, asked.given[0], weights, CUT)
+        exact = pulled_back(expected, theta, weights, CUT)
+        mistaken = {
+            sentence: pulled_back(variant(theta), theta, weights, CUT)
+            for sentence, variant in right.graphs.items()
+        }
+        judge(through, exact, mistaken, GRADIENT_DIFFERS)
 
 
 @answered
 def adaptation_step(student: Student) -> None:
     """Check equation (adapt_rl_bc): f(theta, rl_loss, bc_loss, w_rl, w_bc, alpha) -> theta_i."""
-    rl_loss, bc_loss, start = _quadratic(draws(5))
-    theta = start.clone().requires_grad_()
-    w_rl, w_bc, alpha = 0.3, 0.8, 0.1
-    got = student(theta, rl_loss, bc_loss, w_rl, w_bc, alpha)
-    value = as_tensor(got, (4,), "the adapted parameters")
+    for seed, (size, w_rl, w_bc, alpha, dtype) in enumerate(SETTINGS, start=5):
+        rl_loss, bc_loss, start = _losses(size, seed)
+        theta = start.to(dtype).requires_grad_()
+        asked = ask(student, theta, rl_loss, bc_loss, w_rl, w_bc, alpha)
+        right = _one_step(rl_loss, bc_loss, w_rl, w_bc, alpha)
+        _compare(asked, start, right, "Take one gradient of the weighted sum, at theta.")
 
-    def stepped(one: float, other: float) -> torch.Tensor:
-        point = start.clone().requires_grad_()
-        total = one * rl_loss(point) + other * bc_loss(point)
-        return start - alpha * torch.autograd.grad(total, point)[0]
 
-    expected = stepped(w_rl, w_bc)
-    if not torch.equal(theta.detach(), start):
-        raise Wrong("you changed theta in place; every task must start from the same theta.")
-    if not close(value, expected):
-        if close(value, 2 * start - expected):
-            raise Wrong("you climb the loss: the step goes against the gradient.")
-        if close(value, stepped(w_bc, w_rl)):
-            raise Wrong("the weights are swapped: w_rl belongs to the RL loss.")
-        if close(value, stepped(1.0, 1.0)):
-            raise Wrong("the weights w_rl and w_bc are missing.")
-        if close(value, start - (start - expected) / alpha):
-            raise Wrong("the learning rate alpha is missing.")
-        raise Wrong("the numbers differ. Take one gradient of the weighted sum, at theta.")
-    if got.grad_fn is None:
-        raise Wrong("right numbers, but cut from theta: the meta-gradient could not flow back.")
-    direction = torch.ones(4, dtype=torch.float64)
-    through = torch.autograd.grad(got @ direction, theta)[0]
-    if close(through, direction):
-        raise Wrong(
-            "right numbers, but the meta-gradient is first-order: it does not see that the "
-            "adaptation's own gradient depends on theta. Use create_graph=True."
-        )
+def _one_step(rl_loss: Loss, bc_loss: Loss, w_rl: float, w_bc: float, alpha: float) -> Right:
+    """Return the right step, and the mistakes in its numbers and in its graph."""
+
+    def step(
+        theta: torch.Tensor,
+        rl: float = w_rl,
+        bc: float = w_bc,
+        rate: float = alpha,
+        keep_rl: bool = True,
+        keep_bc: bool = True,
+    ) -> torch.Tensor:
+        slope = rl * _slope(rl_loss, theta, keep_rl) + bc * _slope(bc_loss, theta, keep_bc)
+        return theta - rate * slope
+
+    numbers = {
+        "you climb the loss: the step goes against the gradient.": lambda x: step(x, rate=-alpha),
+        "the weights are swapped: w_rl belongs to the RL loss.": lambda x: step(x, w_bc, w_rl),
+        "the weights w_rl and w_bc are missing.": lambda x: step(x, 1.0, 1.0),
+        "the weight w_rl of the RL loss is missing.": lambda x: step(x, rl=1.0),
+        "the weight w_bc of the cloning loss is missing.": lambda x: step(x, bc=1.0),
+        "the cloning loss is missing.": lambda x: step(x, bc=0.0),
+        "the RL loss is missing.": lambda x: step(x, rl=0.0),
+        "the RL loss must be added to the cloning loss, not subtracted.": (
+            lambda x: step(x, rl=-w_rl)
+        ),
+        "the cloning loss must be added, not subtracted.": lambda x: step(x, bc=-w_bc),
+        "the learning rate alpha is missing.": lambda x: step(x, rate=1.0),
+        "that is the step alone: take it away from theta.": lambda x: x - step(x),
+        "that is the step alone, with its sign: add it to theta.": lambda x: step(x) - x,
+        "theta comes back as it was: where is the step?": lambda x: 1.0 * x,
+    }
+    graphs = {
+        FIRST_ORDER: lambda x: step(x, keep_rl=False, keep_bc=False),
+        "right numbers, but the RL loss's gradient is cut off: it needs create_graph=True, too.": (
+            lambda x: step(x, keep_rl=False)
+        ),
+        "right numbers, but the cloning loss's gradient is cut off: it needs create_graph=True, "
+        "too.": lambda x: step(x, keep_bc=False),
+        "right numbers, but theta itself is cut off: do not detach the theta that you step from.": (
+            lambda x: step(x) - x + x.detach()
+        ),
+    }
+    return Right(step, numbers, graphs)
 
 
 @answered
 def warm_start_step(student: Student) -> None:
     """Check EMRLD-WS: f(theta, rl_loss, bc_loss, w_rl, w_bc, alpha) -> theta_i, two steps in a row."""
-    rl_loss, bc_loss, start = _quadratic(draws(6))
-    theta = start.clone().requires_grad_()
-    w_rl, w_bc, alpha = 0.3, 0.8, 0.1
-    got = student(theta, rl_loss, bc_loss, w_rl, w_bc, alpha)
-    value = as_tensor(got, (4,), "the adapted parameters")
+    for seed, (size, w_rl, w_bc, alpha, dtype) in enumerate(SETTINGS, start=60):
+        rl_loss, bc_loss, start = _losses(size, seed)
+        theta = start.to(dtype).requires_grad_()
+        asked = ask(student, theta, rl_loss, bc_loss, w_rl, w_bc, alpha)
+        right = _two_steps(rl_loss, bc_loss, w_rl, w_bc, alpha)
+        _compare(asked, start, right, "First one step on L^BC alone, then the step of EMRLD.")
 
-    def gradient(loss: Callable, at: torch.Tensor) -> torch.Tensor:
-        point = at.clone().requires_grad_()
-        return torch.autograd.grad(loss(point), point)[0]
+
+def _two_steps(rl_loss: Loss, bc_loss: Loss, w_rl: float, w_bc: float, alpha: float) -> Right:
+    """Return the two right steps, and the mistakes in numbers and in the graph."""
 
     def both(theta: torch.Tensor) -> torch.Tensor:
         return w_rl * rl_loss(theta) + w_bc * bc_loss(theta)
 
-    warm = start - alpha * gradient(bc_loss, start)
-    if close(value, warm - alpha * gradient(both, warm)):
-        if got.grad_fn is None:
-            raise Wrong("right numbers, but cut from theta: the meta-gradient could not flow back.")
-        return
-    if close(value, start - alpha * gradient(both, start)):
-        raise Wrong("that is EMRLD: the cloning step that comes first is missing.")
-    if close(value, warm):
-        raise Wrong("that is the warm start alone: the adaptation step must follow it.")
-    if close(value, start - alpha * gradient(both, warm)):
-        raise Wrong("the second step must start from the warm-started parameters, not from theta.")
-    if close(value, warm - alpha * gradient(both, start)):
-        raise Wrong("the second gradient must be taken at the warm-started parameters.")
-    weighted = start - alpha * w_bc * gradient(bc_loss, start)
-    if close(value, weighted - alpha * gradient(both, weighted)):
-        raise Wrong("the paper's warm start has no weight: one plain step on L^BC.")
-    raise Wrong("the numbers differ. First one step on L^BC alone, then the step of EMRLD.")
+    def warmed(theta: torch.Tensor, weight: float = 1.0, keep: bool = True) -> torch.Tensor:
+        return theta - alpha * weight * _slope(bc_loss, theta, keep)
+
+    def steps(
+        theta: torch.Tensor, first: bool = True, second: bool = True, weight: float = 1.0
+    ) -> torch.Tensor:
+        warm = warmed(theta, weight, first)
+        return warm - alpha * _slope(both, warm, second)
+
+    numbers = {
+        "that is EMRLD: the cloning step that comes first is missing.": (
+            lambda x: x - alpha * _slope(both, x)
+        ),
+        "that is the warm start alone: the adaptation step must follow it.": warmed,
+        "the second step must start from the warm-started parameters, not from theta.": (
+            lambda x: x - alpha * _slope(both, warmed(x))
+        ),
+        "the second gradient must be taken at the warm-started parameters.": (
+            lambda x: warmed(x) - alpha * _slope(both, x)
+        ),
+        "the paper's warm start has no weight: one plain step on L^BC.": (
+            lambda x: steps(x, weight=w_bc)
+        ),
+        "the warm start clones: its loss is L^BC, not L^RL.": lambda x: (
+            (x - alpha * _slope(rl_loss, x)) - alpha * _slope(both, x - alpha * _slope(rl_loss, x))
+        ),
+        "the order is turned: the cloning step comes first, EMRLD's step second.": lambda x: warmed(
+            x - alpha * _slope(both, x)
+        ),
+        "the first step climbs: it goes against the gradient.": lambda x: steps(x, weight=-1.0),
+        "the second step climbs: it goes against the gradient.": (
+            lambda x: warmed(x) + alpha * _slope(both, warmed(x))
+        ),
+    }
+    graphs = {
+        "right numbers, but the meta-gradient is first-order: both steps need create_graph=True.": (
+            lambda x: steps(x, False, False)
+        ),
+        "right numbers, but the warm start's gradient is cut off: it needs create_graph=True, "
+        "too.": lambda x: steps(x, False),
+        "right numbers, but the second gradient is cut off: it needs create_graph=True, too.": (
+            lambda x: steps(x, True, False)
+        ),
+        "right numbers, but the second step does not see theta through the warm start: do not "
+        "detach the warm-started parameters.": lambda x: _from_a_leaf(x, warmed(x), both, alpha),
+    }
+    return Right(steps, numbers, graphs)
+
+
+def _from_a_leaf(theta: torch.Tensor, warm: torch.Tensor, both: Loss, alpha: float) -> torch.Tensor:
+    """Return the step whose second gradient is taken at a detached copy of the warm start."""
+    return warm - alpha * _slope(both, warm.detach()).detach() + 0.0 * theta
 
 
 @answered
 def surrogate(student: Student) -> None:
     """Check TRPO's surrogate: f(new_log_prob, old_log_prob, advantages, mask) -> scalar loss."""
-    normal = draws(7)
-    old = normal(3, 5)
-    new = (old + 0.3 * normal(3, 5)).requires_grad_()
-    advantage = normal(3, 5)
-    mask = torch.tensor([[1, 1, 1, 1, 1], [1, 1, 1, 0, 0], [1, 0, 0, 0, 0]], dtype=torch.float64)
-    got = student(new, old, advantage, mask)
-    value = as_tensor(got, (), "a single number")
-    ratio = (new.detach() - old).exp()
-    expected = -(ratio * advantage * mask).sum() / mask.sum()
-    if close(value, expected):
-        if got.grad_fn is None:
-            raise Wrong("right number, but it has no gradient: is there a `.detach()` in it?")
-        return
-    if close(value, -expected):
-        raise Wrong("the sign is turned: the surrogate loss is minus the weighted advantage.")
-    if close(value, -((new.detach() - old) * advantage * mask).sum() / mask.sum()):
-        raise Wrong("the ratio of densities is the exponential of the difference of their logs.")
-    if close(value, -(advantage * mask / ratio).sum() / mask.sum()):
-        raise Wrong("the ratio is upside down: new over old.")
-    if close(value, -(ratio * advantage).mean()):
-        raise Wrong("steps after an episode's end count too: use the mask.")
-    raise Wrong("the numbers differ. The ratio pi_new/pi_old weighs each advantage.")
+    for seed, (episodes, horizon, dtype) in enumerate(
+        ((3, 5, torch.float64), (4, 7, torch.float64), (2, 6, torch.float32)), start=7
+    ):
+        normal = draws(seed, dtype)
+        old, advantage = normal(episodes, horizon), normal(episodes, horizon) + 0.5
+        new = (old + 0.6 * normal(episodes, horizon)).requires_grad_()
+        mask = episode_mask(episodes, horizon, seed, dtype)
+        asked = ask(student, new, old, advantage, mask)
+        got = as_graph(asked.answer, (), "a single number")
+        _judge_surrogate(got, new.detach().double(), old.double(), advantage.double(), mask)
+        ratio = (new.detach().double() - old.double()).exp()
+        exact = -ratio * advantage * mask / mask.sum()
+        one = torch.ones((), dtype=torch.float64)
+        cut = (
+            "right number, but it has no gradient by the new log-densities: is there a `.detach()` "
+            "in it?"
+        )
+        if not close(pulled_back(got, asked.given[0], one, cut), exact):
+            raise Wrong(
+                "right number, but its gradient is off: the whole ratio depends on the new "
+                "log-density, so detach no part of it."
+            )
+
+
+def _judge_surrogate(
+    got: torch.Tensor, new: torch.Tensor, old: torch.Tensor, gain: torch.Tensor, mask: torch.Tensor
+) -> None:
+    """Compare the surrogate's value; name the mistake that it equals."""
+    ratio, steps = (new - old).exp(), mask.sum()
+    weighted = ratio * gain * mask
+    expected = -weighted.sum() / steps
+    clipped = torch.minimum(weighted, ratio.clamp(0.8, 1.2) * gain * mask)
+    mistakes = {
+        "the sign is turned: the surrogate loss is minus the weighted advantage.": -expected,
+        "the ratio of densities is the exponential of the difference of their logs.": (
+            -((new - old) * gain * mask).sum() / steps
+        ),
+        "the ratio is upside down: new over old.": -(gain * mask / ratio).sum() / steps,
+        "divide densities, not their logarithms: exp(new - old).": (
+            -(new / old * gain * mask).sum() / steps
+        ),
+        "steps after an episode's end count too: use the mask.": -(ratio * gain).mean(),
+        "the mask must also leave out steps of the sum, not only of the count.": (
+            -(ratio * gain).sum() / steps
+        ),
+        "you divide by all entries; the mean is over the steps that were taken.": -weighted.mean(),
+        "you return the sum; the mean over the steps taken is meant.": -weighted.sum(),
+        "you average each episode first; every step that was taken weighs the same.": (
+            -(weighted.sum(-1) / mask.sum(-1)).mean()
+        ),
+        "the advantages are missing.": -(ratio * mask).sum() / steps,
+        "that clips the ratio, as PPO does; TRPO's surrogate does not.": -clipped.sum() / steps,
+        "the old policy's density is missing in the ratio.": (
+            -(new.exp() * gain * mask).sum() / steps
+        ),
+        "that is the REINFORCE loss: the ratio of densities weighs the advantage here.": (
+            -(new * gain * mask).sum() / steps
+        ),
+    }
+    judge(got, expected, mistakes, "the numbers differ. The ratio new/old weighs each advantage.")
