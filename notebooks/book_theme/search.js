@@ -12,8 +12,9 @@ function score(section) {
 }
 
 function excerpt(text) {
-  const start = Math.max(0, text.toLowerCase().indexOf(words[0]) - 80);
-  return (start ? "…" : "") + text.slice(start, start + 220).trim() + "…";
+  const near = text.toLowerCase().indexOf(words[0]) - 80;
+  const start = near > 0 ? text.indexOf(" ", near) : 0;
+  return (start ? "…" : "") + text.slice(start, text.lastIndexOf(" ", start + 220)).trim() + "…";
 }
 
 function entry(section) {
