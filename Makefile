@@ -7,7 +7,7 @@ PIP_FLAGS ?=
 BIN := .venv/bin
 STAMP := .venv/.ready
 
-.PHONY: setup run test lab lint notebooks clean
+.PHONY: setup run test lab lint notebooks book clean
 
 setup: $(STAMP)
 
@@ -47,6 +47,10 @@ lint: setup
 # Run every notebook from its source and write the outputs and the student versions.
 notebooks: setup
 	$(BIN)/python notebooks/build.py
+
+# Write the notebooks, as they ran last, as a static site: open build/book/index.html.
+book: setup
+	$(BIN)/python notebooks/book.py --out build/book
 
 clean:
 	rm -rf build .pytest_cache .ruff_cache .hypothesis
