@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .answers import Student, Wrong, answered, as_array, as_number
+from ...experiments.intervals import Interval
+from .answers import Student, Wrong, answered, as_number
 
 
 @answered
@@ -36,43 +37,86 @@ def interquartile_mean(student: Student) -> None:
 
 
 @answered
-def resampled_runs(student: Student) -> None:
-    """Check one bootstrap resample: f(scores (seed, task), random) -> (seed, task), whole rows."""
-    scores = np.arange(24.0).reshape(4, 6)
-    random = np.random.default_rng(71)
-    drawn = [as_array(student(scores.copy(), random), (4, 6), "the scores") for _ in range(200)]
-    names = [tuple(row) for row in scores]
-    if any(tuple(row) not in names for table in drawn for row in table):
-        if all((np.sort(table, 0) == np.sort(scores, 0)).all() for table in drawn):
-            raise Wrong("each task was shuffled by itself: a run's tasks must stay together.")
-        if all((table % 6 == table[0] % 6).all() for table in drawn):
-            raise Wrong("you drew tasks: draw runs, which are the rows.")
-        raise Wrong("rows were mixed: a drawn run keeps all its tasks, in their order.")
-    counts = [len({tuple(row) for row in table}) for table in drawn]
-    if min(counts) == 4:
-        raise Wrong("every run comes exactly once: draw with replacement.")
-    if len({table.tobytes() for table in drawn}) == 1:
-        raise Wrong("every resample is the same: use the generator `random` that you are given.")
-    share = np.mean([[(table == row).all(1).sum() for row in scores] for table in drawn], axis=0)
-    if share.min() < 0.7:
-        raise Wrong("some run comes too rarely: every run must be as likely as any other.")
+def false_ahead_rate(student: Student) -> None:
+    """Check f(rule, runs, pairs, random) -> share of null pairs whose interval lies above zero."""
+    lopsided = _Watched()
+    got = as_number(student(lopsided, 4, 300, np.random.default_rng(73)), "a single number")
+    pairs, intervals = lopsided.pairs, lopsided.intervals
+    if len(pairs) != 300:
+        raise Wrong(f"the rule was asked {len(pairs)} times for 300 pairs: ask it once per pair.")
+    if any(side.shape != (4,) for pair in pairs for side in pair):
+        raise Wrong("each side of a pair needs `runs` scores, in one array of shape (runs,).")
+    one, other = (np.array(side) for side in zip(*pairs, strict=True))
+    if np.array_equal(one, other):
+        raise Wrong("both sides are the same scores: draw each side anew.")
+    if len(np.unique(one[:, 0])) < 300 or len(np.unique(other[:, 0])) < 300:
+        raise Wrong("scores come back from pair to pair: draw both sides anew for each pair.")
+    if abs(one.mean() - other.mean()) > 4 * np.hypot(one.std(), other.std()) / np.sqrt(one.size):
+        raise Wrong(
+            "one side is better on average: in a null pair both have the same distribution."
+        )
+    again = _Watched()
+    student(again, 4, 300, np.random.default_rng(74))
+    if np.array_equal(again.pairs[0][0], one[0]):
+        raise Wrong("other draws were expected: use the generator `random` that you are given.")
+    _counted(got, np.array(intervals))
+
+
+class _Watched:
+    """A rule that remembers what it was asked; its intervals reach farther up than down."""
+
+    def __init__(self) -> None:
+        self.pairs: list[tuple[np.ndarray, np.ndarray]] = []
+        self.intervals: list[Interval] = []
+
+    def __call__(self, one: np.ndarray, other: np.ndarray) -> Interval:
+        sides = np.array(one, dtype=float), np.array(other, dtype=float)
+        self.pairs.append(sides)
+        gap = float(sides[0].mean() - sides[1].mean())
+        self.intervals.append(Interval(gap, gap - 0.4, gap + 0.9))
+        return self.intervals[-1]
+
+
+def _counted(got: float, intervals: np.ndarray) -> None:
+    """Compare the student's share with that of intervals (pair, 3) above zero, and name the mistake."""
+    estimates, lows, highs = intervals.T
+    ahead, behind = (lows > 0).mean(), (highs < 0).mean()
+    if np.isclose(got, ahead):
+        return
+    if np.isclose(got, ahead * len(lows)):
+        raise Wrong("that is the number of pairs: divide by how many there are.")
+    if np.isclose(got, ahead + behind):
+        raise Wrong('you count "behind" too: ask for false "ahead" alone, low above zero.')
+    if np.isclose(got, behind):
+        raise Wrong('that is the share of "behind": "ahead" is where low lies above zero.')
+    if np.isclose(got, (estimates > 0).mean()):
+        raise Wrong("you count every positive estimate: the whole interval must lie above zero.")
+    if np.isclose(got, 1 - ahead):
+        raise Wrong('that is the share of pairs that are not called "ahead".')
+    raise Wrong("the numbers differ. Count the pairs with rule(one, other).low > 0, then divide.")
 
 
 @answered
 def late_rise(student: Student) -> None:
-    """Check f(returns, window) -> mean of the last window less the mean of the window before it."""
+    """Check f(returns, floor): last fifth less the fifth before, as a share of the last's level."""
     random = np.random.default_rng(72)
-    returns = np.cumsum(random.normal(0.3, 1.0, 60))
-    got = as_number(student(returns, 15), "a single number")
-    last, before = returns[-15:].mean(), returns[-30:-15].mean()
-    if np.isclose(got, last - before):
-        return
-    if np.isclose(got, before - last):
-        raise Wrong("the sign is turned: a curve that rises must give a positive number.")
-    if np.isclose(got, returns[-1] - returns[-15]) or np.isclose(got, returns[-1] - returns[-16]):
-        raise Wrong("two single iterations are noise: compare means over a window.")
-    if np.isclose(got, last - returns[:15].mean()):
-        raise Wrong("that is the rise over the whole run: compare with the window just before.")
-    if np.isclose(got, last - returns[:-15].mean()):
-        raise Wrong("you compare with everything before: take only one window before the last.")
-    raise Wrong("the numbers differ. Mean of the last window less the mean of the one before it.")
+    climbing = 20 + np.cumsum(random.normal(0.5, 1.0, 60))
+    nothing = 0.3 + 0.02 * np.arange(60.0) + random.normal(0, 0.1, 60)
+    for returns in (climbing, nothing):
+        got = as_number(student(returns.copy(), 4.0), "a single number")
+        last, before = returns[-12:].mean(), returns[-24:-12].mean()
+        if np.isclose(got, (last - before) / max(last, 4.0)):
+            continue
+        if np.isclose(got, (before - last) / max(last, 4.0)):
+            raise Wrong("the sign is turned: a curve that rises must give a positive number.")
+        if np.isclose(got, last - before):
+            raise Wrong("that is the rise in units of return: divide it by the level at the end.")
+        if np.isclose(got, (last - before) / last):
+            raise Wrong("a level near zero makes any rise look huge: divide by at least `floor`.")
+        if np.isclose(got, (last - before) / max(before, 4.0)):
+            raise Wrong("divide by the level at the end, the mean of the last fifth.")
+        if np.isclose(got, (last - returns[:12].mean()) / max(last, 4.0)):
+            raise Wrong("that is the rise over the whole run: compare with the fifth just before.")
+        if np.isclose(got, (last - returns[:-12].mean()) / max(last, 4.0)):
+            raise Wrong("you compare with everything before: take only one fifth before the last.")
+        raise Wrong("the numbers differ. (last fifth - fifth before) / max(last fifth, floor).")
