@@ -184,8 +184,8 @@ def _gaussians(draw: Draw, logarithm: bool) -> Question:
 
 
 def _rise(draw: Draw) -> Question:
-    window = draw.whole(1, 9)
-    return draw.random.normal(size=2 * window + draw.whole(0, 20)), window
+    level = (0.0, 20.0)[draw.whole(0, 2)]
+    return level + draw.random.normal(size=draw.whole(10, 60)), draw.between(1.0, 6.0)
 
 
 QUESTIONS: dict[str, Callable[[Draw], Question]] = {
@@ -214,7 +214,6 @@ QUESTIONS: dict[str, Callable[[Draw], Question]] = {
     "warm_start_step": _adaptation,
     "surrogate": _shaped("leaf", "normal", "normal", "mask"),
     "interquartile_mean": lambda draw: (_scores(draw),),
-    "resampled_runs": lambda draw: (_scores(draw), np.random.default_rng(draw.whole(0, 99))),
     "late_rise": _rise,
     "one_at_a_time": _plan,
     "seed_differences": _dicts,

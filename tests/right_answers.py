@@ -335,31 +335,29 @@ def interquartile_mean__tensor(scores):
     return torch.tensor(interquartile_mean__sorted(scores))
 
 
-def resampled_runs__choice(scores, random):
-    return random.choice(scores, len(scores))
+def false_ahead_rate__comprehension(rule, runs, pairs, random):
+    draws = random.exponential(size=(pairs, 2, runs))
+    return np.mean([rule(*pair).low > 0 for pair in draws])
 
 
-def resampled_runs__loop(scores, random):
-    return [scores[random.integers(len(scores))] for _ in scores]
+def false_ahead_rate__lists(rule, runs, pairs, random):
+    ahead = [
+        rule([random.random() for _ in range(runs)], [random.random() for _ in range(runs)])
+        for _ in range(pairs)
+    ]
+    return torch.tensor([float(interval.low > 0) for interval in ahead]).mean()
 
 
-def resampled_runs__uniform(scores, random):
-    rows = (random.random(len(scores)) * len(scores)).astype(int)
-    return torch.as_tensor(np.take(scores, rows, axis=0))
+def late_rise__split(returns, floor):
+    window = len(returns) // 5
+    last, before = np.mean(returns[-window:]), np.mean(returns[-2 * window : -window])
+    return np.float32((last - before) / np.maximum(last, floor))
 
 
-def resampled_runs__choice_of_rows(scores, random):
-    return scores[random.choice(np.arange(scores.shape[0]), scores.shape[0], replace=True), ...]
-
-
-def late_rise__split(returns, window):
-    last = len(returns) - window
-    return np.float32(np.mean(returns[last:]) - np.mean(returns[last - window : last]))
-
-
-def late_rise__tensor(returns, window):
+def late_rise__tensor(returns, floor):
+    window = len(returns) // 5
     pair = torch.as_tensor(returns[-2 * window :]).view(2, window).mean(1)
-    return pair[1:] - pair[:1]
+    return (pair[1:] - pair[:1]) / pair[1:].clamp_min(floor)
 
 
 def one_at_a_time__loop(control, changes):

@@ -11,10 +11,14 @@ from hypothesis.extra.numpy import arrays
 
 from emrld_lite.experiments.intervals import (
     Interval,
-    bootstrap_interval,
     interquartile_mean,
+    median_coverage,
+    rank_of_ends,
+    shift_interval,
+    splits_by_wins,
     verdict,
     wilson_interval,
+    worst_to_best,
 )
 from emrld_lite.validation import InputError
 
@@ -58,73 +62,111 @@ def test_one_lost_task_does_not_move_the_middle_half():
     assert interquartile_mean(lost) == interquartile_mean(scores)
 
 
-def test_the_bootstrap_finds_the_quantiles_of_every_possible_resample():
-    scores = np.random.default_rng(0).normal(50, 10, (4, 6))  # (seed, task)
-    everything = [
-        interquartile_mean(scores[list(rows)]) for rows in itertools.product(range(4), repeat=4)
-    ]
-    found = bootstrap_interval([scores], resamples=20_000)
-    spread = max(everything) - min(everything)
-    assert found.estimate == interquartile_mean(scores)
-    assert found.low == pytest.approx(np.quantile(everything, 0.025), abs=0.02 * spread)
-    assert found.high == pytest.approx(np.quantile(everything, 0.975), abs=0.02 * spread)
+def wins(mine, theirs):
+    """Return how many pairs the first side wins, one pair after the other."""
+    return sum(one > other for one, other in itertools.product(mine, theirs))
 
 
-def test_of_three_runs_the_interval_reaches_from_the_worst_to_the_best():
-    scores = np.random.default_rng(1).normal(50, 10, (3, 20))
-    each = [interquartile_mean(run) for run in scores]
-    found = bootstrap_interval([scores])
-    assert (found.low, found.high) == pytest.approx((min(each), max(each)))
+def splits(one, other):
+    """Yield every way to deal the ranks 0, 1, ... to two sides."""
+    ranks = set(range(one + other))
+    for mine in itertools.combinations(sorted(ranks), one):
+        yield mine, sorted(ranks - set(mine))
 
 
-def test_strata_are_resampled_apart():
-    # two experiments with identical runs inside: nothing varies, however different they are
-    strata = [np.full((3, 8), 10.0), np.full((3, 8), 90.0)]
-    assert bootstrap_interval(strata) == Interval(50.0, 50.0, 50.0)
+@pytest.mark.parametrize(("one", "other"), [*itertools.product((1, 2, 3, 5), repeat=2)])
+def test_wins_are_counted_as_by_going_through_every_split(one, other):
+    everything = [wins(*split) for split in splits(one, other)]
+    expected = [everything.count(number) for number in range(one * other + 1)]
+    assert splits_by_wins(one, other) == expected
 
 
-def test_a_run_stays_whole():
-    """Goals differ widely, runs hardly: an interval over goals would be wide, that over runs is not."""
-    scores = np.tile(np.linspace(0, 100, 20), (5, 1)) + np.arange(5)[:, None]
-    found = bootstrap_interval([scores])
-    assert found.high - found.low <= 4
+@pytest.mark.parametrize("level", [0.8, 0.9, 0.95])
+@pytest.mark.parametrize(("one", "other"), [(3, 3), (3, 5), (4, 4), (5, 3), (5, 5)])
+def test_a_verdict_is_false_at_most_as_often_as_stated_and_no_rule_of_ranks_is_wider(
+    one, other, level
+):
+    """All splits are equally likely where both sides are the same: enumerate them."""
+    if math.comb(one + other, one) * (1 - level) / 2 < 1 - 1e-9:
+        with pytest.raises(InputError, match=f"{one} against {other} reach a level of 0.9 at most"):
+            rank_of_ends(one, other, level)
+        return
+    found = [verdict(shift_interval(*split, level)) for split in splits(one, other)]
+    allowed = len(found) * (1 - level) / 2
+    assert found.count("ahead") <= allowed + 1e-9
+    assert found.count("ahead") == found.count("behind")
+    k = rank_of_ends(one, other, level)
+    assert sum(splits_by_wins(one, other)[: k + 1]) > allowed  # one pair more would be too many
 
 
-def test_the_interval_covers_the_truth_about_as_often_as_it_says():
+def test_three_against_three_and_five_against_five_by_hand():
+    three = shift_interval([7.0, 9.0, 20.0], [1.0, 2.0, 6.0])
+    assert three == Interval(7.0, 1.0, 19.0)  # of 1 3 5 6 7 8 14 18 19
+    assert (rank_of_ends(3, 3), rank_of_ends(5, 5)) == (1, 5)
+    one, other = np.random.default_rng(0).normal(size=(2, 5))
+    ordered = sorted(a - b for a, b in itertools.product(one, other))
+    assert shift_interval(one, other) == Interval(ordered[12], ordered[4], ordered[20])
+
+
+@pytest.mark.parametrize("draw", ["normal", "exponential", "standard_cauchy"])
+@pytest.mark.parametrize("runs", [3, 5])
+def test_the_shift_is_covered_and_a_null_pair_called_false_as_often_as_stated(draw, runs):
+    random = np.random.default_rng(1)
+    found = [shift_interval(*getattr(random, draw)(size=(2, runs))) for _ in range(3000)]
+    stated = {3: 1 / 20, 5: 12 / 252}[runs]
+    for word in ("ahead", "behind"):
+        share = sum(verdict(interval) == word for interval in found) / 3000
+        assert share == pytest.approx(stated, abs=4 * math.sqrt(stated / 3000))
+
+
+def test_a_difference_turned_round_changes_its_sign_and_a_shift_moves_it():
+    one, other = np.random.default_rng(3).normal(size=(2, 5))
+    there, back = shift_interval(one, other), shift_interval(other, one)
+    assert there == pytest.approx((-back.estimate, -back.high, -back.low))
+    moved = shift_interval(one + 10, other)
+    assert moved == pytest.approx(tuple(value + 10 for value in there))
+
+
+def test_equal_scores_are_never_told_apart():
+    assert shift_interval([1.0] * 5, [1.0] * 5) == Interval(0.0, 0.0, 0.0)
+    assert verdict(shift_interval([1.0] * 5, [1.0] * 5)) == "not distinguishable"
+
+
+@pytest.mark.parametrize("runs", [2, 3, 5])
+def test_from_worst_to_best_covers_the_median_as_often_as_it_says(runs):
     random = np.random.default_rng(2)
-    covered = 0
-    for trial in range(150):
-        scores = 50 + random.normal(0, 5, (12, 1)) + random.normal(0, 1, (12, 4))
-        found = bootstrap_interval([scores], resamples=200, level=0.9, seed=trial)
-        covered += found.low <= 50 <= found.high
-    assert 0.75 < covered / 150 < 0.98
+    found = [worst_to_best(random.exponential(size=runs)) for _ in range(4000)]
+    covered = sum(interval.low <= math.log(2) <= interval.high for interval in found) / 4000
+    assert covered == pytest.approx(median_coverage(runs), abs=0.03)
+    assert [median_coverage(n) for n in (1, 3, 5)] == [0.0, 0.75, 0.9375]
 
 
-def test_a_difference_turned_round_changes_its_sign():
-    one, other = np.random.default_rng(3).normal(size=(2, 3, 5))
-    there = bootstrap_interval([one], [other])
-    back = bootstrap_interval([other], [one])
-    assert there.estimate == pytest.approx(-back.estimate)
-    assert there.estimate == pytest.approx(interquartile_mean(one) - interquartile_mean(other))
+def test_the_worst_and_the_best_stand_around_the_mean():
+    assert worst_to_best([4.0, 1.0, 4.0]) == Interval(3.0, 1.0, 4.0)
 
 
 def test_verdicts():
     assert verdict(Interval(2, 1, 3)) == "ahead"
     assert verdict(Interval(-2, -3, -1)) == "behind"
-    assert verdict(Interval(1, -1, 3)) == "not distinguishable at this budget"
+    assert verdict(Interval(1, -1, 3)) == "not distinguishable"
     assert f"{Interval(2, 1, 3):.1f}" == "2.0 [1.0, 3.0]"
 
 
 @pytest.mark.parametrize(
-    ("strata", "message"),
+    ("call", "message"),
     [
-        ([], "got none"),
-        ([np.zeros((2, 3, 4))], r"table 0: .* got shape \(2, 3, 4\)"),
-        ([np.zeros((2, 3)), np.zeros((0, 3))], "table 1"),
-        ([np.zeros(3), np.zeros(1)], "table 1: .* two runs or more"),
-        ([np.full((2, 2), math.nan)], "finite"),
+        (lambda: shift_interval([], [1.0, 2.0]), r"one: .* got shape \(0,\)"),
+        (lambda: shift_interval([1.0, 2.0], np.zeros((2, 3))), r"other: .* got shape \(2, 3\)"),
+        (lambda: shift_interval([1.0, 2.0], [1.0, 2.0]), "2 against 2 reach a level of 0.667"),
+        (lambda: shift_interval([1.0, math.nan, 2.0], [1.0, 2.0, 3.0]), "finite"),
+        (lambda: shift_interval([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], 1.5), "level"),
+        (lambda: worst_to_best([1.0]), "of 2 or more"),
+        (lambda: worst_to_best([1.0, math.inf]), "finite"),
+        (lambda: interquartile_mean(np.array([math.nan])), "finite"),
+        (lambda: splits_by_wins(0, 3), "one"),
+        (lambda: median_coverage(0), "runs"),
     ],
 )
-def test_tables_that_hold_no_scores_are_refused(strata, message):
+def test_scores_of_which_nothing_can_be_said_are_refused(call, message):
     with pytest.raises(InputError, match=message):
-        bootstrap_interval(strata)
+        call()

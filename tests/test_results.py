@@ -4,11 +4,15 @@ import csv
 import itertools
 import shutil
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from emrld_lite.__main__ import main
-from emrld_lite.experiments import paper_figures, results, runs, studies
+from emrld_lite.demonstrations import load_demonstrations
+from emrld_lite.envs import half_cheetah
+from emrld_lite.experiments import paper_figures, plotting, results, runs, studies
+from emrld_lite.validation import InputError
 
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
 STEPS = {"optimal": 1, "suboptimal": 3}  # at which the paper looks: Fig. 5
@@ -20,6 +24,12 @@ def unseen(env, quality, algorithm, step):
     return np.array([results.returns_by_step(folder)[step] for folder in folders])
 
 
+def in_direction(folder, goal, step):
+    """Return a HalfCheetah run's mean return in one direction, from its file as it stands."""
+    rows = [row for row in rows_of(folder) if row["goal"] == goal and row["step"] == str(step)]
+    return np.mean([float(row["return"]) for row in rows])
+
+
 def rows_of(folder):
     with (folder / "unseen.csv").open() as file:
         return list(csv.DictReader(file))
@@ -29,11 +39,11 @@ def rows_of(folder):
     ("env", "quality"),
     [*itertools.product(results.TITLES, STEPS), ("two_wheeled_drift", "optimal")],
 )
-def test_every_algorithm_has_three_seeds(env, quality):
+def test_every_algorithm_has_equally_many_seeds_and_three_at_least(env, quality):
     stored = results.stored_seeds(runs.SHIPPED, env, quality)
-    assert {name: len(seeds) for name, seeds in stored.items()} == dict.fromkeys(
-        OURS + BASELINES, 3
-    )
+    assert set(stored) == {*OURS, *BASELINES}
+    (number,) = {len(seeds) for seeds in stored.values()}
+    assert number >= 3
 
 
 @pytest.mark.parametrize("algorithm", OURS)
@@ -65,15 +75,53 @@ def test_both_variants_are_ahead_of_every_baseline(env, quality):
     assert min(ours) > max(theirs)
 
 
+@pytest.mark.parametrize("place", [results.FORWARD, results.BACKWARD], ids=lambda p: p.title)
+def test_a_direction_is_read_apart(place):
+    folders = results.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["gmps"]
+    expected = [in_direction(folder, place.goal, 1) for folder in folders]
+    assert results.run_scores(folders, 1, place.goal) == pytest.approx(expected)
+    assert (min(expected) > 200) if place is results.BACKWARD else (max(expected) < -200)
+    with pytest.raises(InputError, match=r"expected tasks with the goal 7\.0, got none"):
+        results.run_scores(folders, 1, "7.0")
+
+
+@pytest.mark.parametrize("place", [results.FORWARD, results.BACKWARD], ids=lambda p: p.title)
+def test_the_demonstrations_of_a_direction_earn_what_their_recorded_steps_pay(place):
+    """Appendix B's reward of the recorded states; their file holds no outcome of the last step."""
+    for quality, expected in (("optimal", place.earned), ("suboptimal", 0.0)):
+        data = load_demonstrations(quality, "half_cheetah")
+        earned = []
+        for task, states, actions, length in zip(
+            data.tasks, data.states[:, 0], data.actions[:, 0], data.lengths(), strict=True
+        ):
+            x, total = states[:, half_cheetah.TORSO_X].double(), 0.0
+            for time in range(int(length) - 1):
+                pace = float(task[0]) * (x[time + 1] - x[time]) / 0.05
+                cost = 0.05 * (actions[time].clamp(-1, 1) ** 2).sum()
+                total += float(pace - cost) if abs(x[time + 1]) > 2 else 0.0
+            earned += [total] if float(task[0]) == float(place.goal) else []
+        assert np.mean(earned) == pytest.approx(expected, abs=0.05)
+
+
 @pytest.mark.parametrize("env", list(results.TITLES))
 @pytest.mark.parametrize("quality", list(STEPS))
-def test_our_runs_are_long_enough_to_have_flattened(env, quality):
+def test_our_goal_reaching_runs_have_flattened_and_the_cheetah_climbs(env, quality):
     stored = results.stored_seeds(runs.SHIPPED, env, quality)
-    for folder in (folder for name in (*OURS, "maml") for folder in stored[name]):
-        returns = [row.return_after for row in runs.load_run(folder).curve]
-        rise = sum(returns[-20:]) / 20 - sum(returns[-40:-20]) / 20
-        assert rise == pytest.approx(results.late_rise(folder))
-        assert rise <= 0.05 * results.EARNED[env]
+    for name in OURS:
+        curves = [[row.return_after for row in runs.load_run(f).curve] for f in stored[name]]
+        mean = [sum(values) / len(curves) for values in zip(*curves, strict=True)]
+        fifth = len(mean) // 5
+        last, before = sum(mean[-fifth:]) / fifth, sum(mean[-2 * fifth : -fifth]) / fifth
+        rise = results.late_rise(stored[name], results.EARNED[env])
+        assert rise == pytest.approx((last - before) / last)
+        assert (rise <= results.FLAT) == (env != "half_cheetah")
+
+
+def test_a_level_near_nothing_does_not_make_a_rise_of_it():
+    seeds = results.seeds_of(runs.SHIPPED, "half_cheetah-optimal-maml")
+    rise = results.late_rise(seeds, 237.0)
+    assert rise == pytest.approx(2 * results.late_rise(seeds, 474.0))  # the floor divides
+    assert abs(rise) < results.FLAT
 
 
 def test_the_largest_fall_by_a_plain_loop():
@@ -147,19 +195,28 @@ def test_the_readme_has_the_table_of_the_stored_runs():
 def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():
     figure = paper_figures.results(runs.SHIPPED, "optimal")
     top, bottom = figure.axes[1], figure.axes[4]  # TwoWheeled
-    assert (top.get_title(), top.get_xlabel()) == ("TwoWheeled", "meta-iteration")
+    assert (top.get_title(), top.get_xlabel()) == ("TwoWheeled, training", "meta-iteration")
     assert bottom.get_xlabel() == "adaptation steps"
     lines = {line.get_label(): line.get_ydata() for line in bottom.get_lines()}
     expected = [unseen("two_wheeled", "optimal", "emrld-ws", step).mean() for step in range(4)]
     assert lines["EMRLD-WS"] == pytest.approx(expected)
     assert len(figure.legends[0].get_texts()) == 5
+    forward, backward = figure.axes[5:]
+    for axes, goal in ((forward, "1.0"), (backward, "-1.0")):
+        lines = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
+        seeds = results.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["gmps"]
+        expected = np.mean([in_direction(seed, goal, 2) for seed in seeds])
+        assert lines["GMPS"][2] == pytest.approx(expected)
 
 
 def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
     figure = paper_figures.sensitivity(runs.SHIPPED)
     titles = [axes.get_title() for axes in figure.axes]
     assert [title.partition(",")[0] for title in titles] == ["EMRLD"] * 2 + ["EMRLD-WS"] * 2
-    assert all(len(axes.get_lines()) == 5 for axes in figure.axes)
+    shown = [
+        [line for line in axes.get_lines() if line.get_label()[0] != "_"] for axes in figure.axes
+    ]
+    assert [len(lines) for lines in shown] == [5] * 4
     seeds = results.seeds_of(runs.SHIPPED, "sensitivity-emrld-ws-w_rl1.0-w_bc0.4")
     last = np.mean([runs.load_run(seed).curve[99].return_after for seed in seeds])
     lines = {line.get_label(): line.get_ydata() for line in figure.axes[3].get_lines()}
@@ -173,7 +230,8 @@ def test_the_ablation_figure_shows_what_is_left_without_each_loss():
     for axes, stem in zip(
         figure.axes, ("ablation-optimal-w_bc0.0", "point2d-optimal-maml"), strict=True
     ):
-        lines = {line.get_label().partition(",")[0]: line.get_ydata() for line in axes.get_lines()}
+        shown = [line for line in axes.get_lines() if line.get_label()[0] != "_"]
+        lines = {line.get_label().partition(",")[0]: line.get_ydata() for line in shown}
         assert list(lines) == ["EMRLD", "no cloning", "no RL"]
         seeds = results.seeds_of(runs.SHIPPED, stem)
         last = np.mean([runs.load_run(seed).curve[149].return_after for seed in seeds])
@@ -210,6 +268,17 @@ def test_a_folder_with_one_run_draws_what_it_can(tmp_path, draw):
     shutil.copytree(runs.SHIPPED / name, tmp_path / name)
     texts = [text.get_text() for axes in draw(tmp_path).axes for text in axes.texts]
     assert set(texts) == {"no stored runs"}
+
+
+def test_an_update_beyond_the_picture_stands_on_its_edge():
+    curve = runs.load_run(results.seeds_of(runs.SHIPPED, "point2d-optimal-gmps")[0]).curve
+    wild = [row._replace(kl=np.inf) if number == 7 else row for number, row in enumerate(curve)]
+    _, axes = plt.subplots()
+    plotting.divergence({"gmps": [curve, wild]}, 0.02, axes)
+    marked = [line.get_xdata() for line in axes.get_lines() if line.get_marker() == "^"]
+    assert [list(places) for places in marked] == [[], [7]]
+    lines = [line.get_ydata() for line in axes.get_lines() if line.get_label() == "GMPS"]
+    assert lines[0] == pytest.approx([row.kl for row in curve])
 
 
 def test_a_folder_without_runs_says_so(tmp_path):

@@ -55,6 +55,7 @@ class UnseenRow(NamedTuple):
     task: int
     step: int
     mean_return: float
+    goal: str
 
 
 def read_evaluation(path: Path) -> list[UnseenRow]:
@@ -68,7 +69,7 @@ def read_evaluation(path: Path) -> list[UnseenRow]:
         task, step = (whole_number(f"{where}: {name}", row[name]) for name in ("task", "step"))
         real_number(f"{where}: success", number(f"{where}: success", row["success"]), 0.0, 1.0)
         number(f"{where}: steps_to_goal", row["steps_to_goal"], finite=False)
-        found.append(UnseenRow(task, step, number(f"{where}: return", row["return"])))
+        found.append(UnseenRow(task, step, number(f"{where}: return", row["return"]), row["goal"]))
     places = {(row.task, row.step) for row in found}
     tasks, steps = {row.task for row in found}, {row.step for row in found}
     whole = {(task, step) for task in range(len(tasks)) for step in range(len(steps))}

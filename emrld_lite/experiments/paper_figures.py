@@ -17,8 +17,16 @@ from ..envs import make
 from ..storage import write_atomically
 from . import plotting
 from .evaluation import evaluate_run
-from .intervals import bootstrap_interval
-from .results import STEPS_SHOWN, TITLES, returns_by_step, run_scores, stored_seeds
+from .intervals import worst_to_best
+from .results import (
+    EARNED,
+    PLACES,
+    STEPS_SHOWN,
+    TITLES,
+    returns_by_step,
+    run_scores,
+    stored_seeds,
+)
 from .runs import load_curve, load_run
 from .studies import (
     SENSITIVITY_END,
@@ -67,32 +75,49 @@ def demonstrations() -> Figure:
 
 
 def results(folder: Path, quality: str) -> Figure:
-    """Draw training (top) and adaptation to unseen tasks (bottom), a column per environment.
+    """Draw training (top) and adaptation to test tasks (bottom), a column per environment.
 
     Fig. 3 for ``quality`` optimal, Fig. 4 for suboptimal; lines are means over the stored seeds,
-    bands reach from the lowest to the highest.
+    bands reach from the lowest to the highest. HalfCheetah's test has a panel per direction; the grey
+    line is what the optimal demonstrator earns.
     """
-    figure, panels = plt.subplots(2, len(TITLES), figsize=(10.5, 5.6), squeeze=False)
-    for (env, title), (top, bottom) in zip(TITLES.items(), panels.T, strict=True):
-        top.set_title(title)
-        _training_and_adaptation(stored_seeds(folder, env, quality), top, bottom)
-    for axes in panels[:, 1:].flat:
+    figure = plt.figure(figsize=(11.5, 5.8))
+    grid = figure.add_gridspec(2, 4)
+    spans = (grid[0, 0], grid[0, 1], grid[0, 2:])
+    tops = {env: figure.add_subplot(span) for env, span in zip(TITLES, spans, strict=True)}
+    for env, title in TITLES.items():
+        tops[env].set_title(f"{title}, training")
+        _training(stored_seeds(folder, env, quality), tops[env])
+    for column, place in enumerate(PLACES):
+        bottom = figure.add_subplot(grid[1, column])
+        bottom.set_title(f"{place.title}, test")
+        _adaptation(stored_seeds(folder, place.env, quality), bottom, place.goal, place.earned)
+    for axes in (*figure.axes[1:3], *figure.axes[4:]):
         axes.set_ylabel("")
-    _one_legend(figure, panels.flat)
+    _one_legend(figure, figure.axes)
     return figure
 
 
-def _training_and_adaptation(stored: Mapping[str, Sequence[Path]], top: Axes, bottom: Axes) -> None:
-    """Draw learning curves, and returns on unseen tasks by adaptation step, or say that there are none."""
+def _training(stored: Mapping[str, Sequence[Path]], axes: Axes) -> None:
+    """Draw learning curves, or say that there are none."""
     if not stored:
-        _none_stored(top)
+        _none_stored(axes)
         return
     curves = {
         name: [load_curve(run / "curve.csv") for run in seeds] for name, seeds in stored.items()
     }
-    plotting.learning_curves(curves, top)
-    unseen = {name: [returns_by_step(run) for run in seeds] for name, seeds in stored.items()}
-    plotting.adaptation_steps(unseen, bottom)
+    plotting.learning_curves(curves, axes)
+
+
+def _adaptation(
+    stored: Mapping[str, Sequence[Path]], axes: Axes, goal: str | None, earned: float
+) -> None:
+    """Draw returns on test tasks by adaptation step, and the demonstrator's return."""
+    if not stored:
+        return
+    tested = {name: [returns_by_step(run, goal) for run in seeds] for name, seeds in stored.items()}
+    plotting.adaptation_steps(tested, axes)
+    axes.axhline(earned, color="#777777", linewidth=1.2, label="_demonstrator")
 
 
 def _none_stored(axes: Axes) -> None:
@@ -115,23 +140,27 @@ def trajectories(folder: Path, seed: int = 0) -> Figure:
     """Draw adapted TwoWheeled policies on 20 random goals, a column per algorithm. Fig. 5.
 
     Top: after one adaptation step on optimal data; bottom: after three on sub-optimal data. One
-    episode per goal, of the run with ``seed``; the goals are those of ``evaluate --seed 0``.
+    episode per goal, of the run with ``seed``; the goals are those of ``evaluate --seed 0``. An
+    episode that reaches its goal has the algorithm's colour, another is grey and dotted; the title counts.
     """
     names = list(plotting.LOOKS)
-    figure, panels = plt.subplots(2, len(names), figsize=(12, 4.6), squeeze=False)
+    figure, panels = plt.subplots(2, len(names), figsize=(12, 3.9), squeeze=False)
     for row, (quality, steps) in zip(panels, STEPS_SHOWN.items(), strict=True):
         data = unseen_demonstrations("two_wheeled", quality, GOALS_SHOWN)
         stored = stored_seeds(folder, "two_wheeled", quality)
         for axes, name in zip(row, names, strict=True):
             make("two_wheeled").draw_tasks(axes, data.tasks)
-            axes.set_title(plotting.label(name) if quality == "optimal" else "")
+            axes.set_title(plotting.label(name))
             axes.set(ylabel="", **({"xlabel": ""} if quality == "optimal" else {}))
             runs = [run for run in stored.get(name, []) if run.name.endswith(f"-seed{seed}")]
             if runs:
                 rollout = evaluate_run(load_run(runs[0]), data, steps).rollouts[-1]
-                for task in range(GOALS_SHOWN):
-                    colour = plotting.LOOKS[name]["color"]
-                    plotting.trajectories(rollout, axes, task, 1, color=colour, alpha=0.9)
+                hits = [bool(hit) for hit in rollout.success[:, 0]]
+                hit_look = {"color": plotting.LOOKS[name]["color"], "alpha": 0.9}
+                for task, hit in enumerate(hits):
+                    look = hit_look if hit else {"color": "#777777", "linestyle": ":"}
+                    plotting.trajectories(rollout, axes, task, 1, **look)
+                axes.set_title(f"{plotting.label(name)}: {sum(hits)}/{GOALS_SHOWN}")
             else:
                 axes.text(0.5, 0.1, "no stored run", transform=axes.transAxes, ha="center")
         row[0].set_ylabel(f"{quality} data,\n{steps} step{'s' * (steps > 1)}\ny (length units)")
@@ -139,25 +168,31 @@ def trajectories(folder: Path, seed: int = 0) -> Figure:
 
 
 def drift(folder: Path, seed: int = 0) -> Figure:
-    """Draw TwoWheeled with changing dynamics: training, unseen drifts, ways. Fig. 6, simulated part.
+    """Draw TwoWheeled with changing dynamics: training, unseen drifts, paths. Fig. 6, simulated part.
 
-    The ways are three episodes of each algorithm's run with ``seed``, after one adaptation step, in
-    the unseen task nearest the drift of the paper's robot.
+    The paths, a panel per algorithm, are three episodes of its run with ``seed``, after one adaptation
+    step, in the unseen task nearest the drift of the paper's robot.
     """
-    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(10.5, 3.5))
+    figure = plt.figure(figsize=(11.0, 6.2))
+    names = list(plotting.LOOKS)
+    grid = figure.add_gridspec(2, 2 * len(names), height_ratios=(3, 2))
+    left, middle = (figure.add_subplot(grid[0, half]) for half in (slice(0, 5), slice(5, 10)))
     stored = stored_seeds(folder, DRIFT, "optimal")
-    _training_and_adaptation(stored, left, middle)
+    _training(stored, left)
+    _adaptation(stored, middle, None, EARNED[DRIFT])
     unseen = unseen_demonstrations(DRIFT, "optimal", GOALS_SHOWN)
     shown_task = int((unseen.tasks - ROBOT_DRIFT).abs().argmin())
-    make(DRIFT).draw_tasks(right, unseen.tasks)
-    for name, runs in stored.items():
-        shown = [run for run in runs if run.name.endswith(f"-seed{seed}")]
-        for run in shown:
-            rollout = evaluate_run(load_run(run), unseen, 1).rollouts[-1]
-            look = {key: plotting.LOOKS[name][key] for key in ("color", "linestyle")}
-            plotting.trajectories(rollout, right, shown_task, 3, linewidth=1.4, **look)
-    right.set(xlim=(-0.6, 2.6), ylim=(-1.0, 1.8))
-    right.set_title(f"unseen drift of {float(unseen.tasks[shown_task]):+.2f} rad/s")
+    for place, name in enumerate(names):
+        axes = figure.add_subplot(grid[1, 2 * place : 2 * place + 2])
+        make(DRIFT).draw_tasks(axes, unseen.tasks)
+        axes.set(xlim=(-1.2, 2.6), ylim=(-2.6, 1.8), title=plotting.label(name))
+        ylabel = f"drift {float(unseen.tasks[shown_task]):+.2f} rad/s\ny (length units)"
+        axes.set(ylabel=ylabel if place == 0 else "")
+        for run in stored.get(name, []):
+            if run.name.endswith(f"-seed{seed}"):
+                rollout = evaluate_run(load_run(run), unseen, 1).rollouts[-1]
+                look = {"color": plotting.LOOKS[name]["color"], "linewidth": 1.4}
+                plotting.trajectories(rollout, axes, shown_task, 3, **look)
     _one_legend(figure, (left, middle))
     return figure
 
@@ -232,7 +267,7 @@ def switches(folder: Path) -> Figure:
         _none_stored(axes)
         return figure
     scores = {name: run_scores(runs, step=1) for name, runs in stored.items()}
-    rows = {name: (bootstrap_interval([seeds]), seeds) for name, seeds in scores.items()}
+    rows = {name: (worst_to_best(seeds), seeds) for name, seeds in scores.items()}
     plotting.forest(rows, axes)
     axes.set_xlabel("return on unseen goals after one step")
     return figure

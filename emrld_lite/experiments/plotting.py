@@ -21,12 +21,13 @@ from .intervals import Interval
 # Okabe and Ito's colour-blind safe palette; one colour, line and marker per algorithm everywhere
 LOOKS = {
     "emrld": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
-    "emrld-ws": {"color": "#D55E00", "linestyle": "--", "marker": "s"},
+    "emrld-ws": {"color": "#D55E00", "linestyle": (0, (3, 1)), "marker": "s"},
     "maml": {"color": "#009E73", "linestyle": ":", "marker": "^"},
     "meta-bc": {"color": "#CC79A7", "linestyle": "-.", "marker": "D"},
-    "gmps": {"color": "#56B4E9", "linestyle": (0, (1, 1, 4, 1)), "marker": "v"},
+    "gmps": {"color": "#56B4E9", "linestyle": (0, (10, 3)), "marker": "v"},
 }
-BAND = 0.1  # opacity of a band between seeds
+BAND = 0.18  # opacity of a band between seeds
+EDGE = {"linewidth": 0.5, "alpha": 0.45}  # of the band's lowest and highest seed
 DEMONSTRATION_COLOUR = "#333333"
 STYLE = {
     "figure.dpi": 110,
@@ -81,15 +82,20 @@ def banded_curves(
         mean = returns.mean(0)
         lowest = min(lowest, 1.1 * float(mean.min()))
         axes.plot(mean, label=name, markevery=max(1, len(mean) // 8), **looks[name])
-        if len(seeds) > 1:
-            colour = looks[name]["color"]
-            axes.fill_between(
-                range(len(mean)), returns.min(0), returns.max(0), color=colour, alpha=BAND, lw=0
-            )
+        _band(np.arange(len(mean)), returns, axes, looks[name]["color"])
     axes.set_xlabel("meta-iteration")
     axes.set_ylabel("mean return after adaptation")
     axes.set_ylim(bottom=min(-2.0, lowest))
     axes.legend(loc="best")
+
+
+def _band(places: np.ndarray, returns: np.ndarray, axes: Axes, colour: Any) -> None:
+    """Fill from the lowest to the highest seed of returns (seed, place), with thin edges."""
+    if len(returns) > 1:
+        low, high = returns.min(0), returns.max(0)
+        axes.fill_between(places, low, high, color=colour, alpha=BAND, lw=0)
+        for edge in (low, high):
+            axes.plot(places, edge, color=colour, label="_edge of a band", **EDGE)
 
 
 def shades(algorithm: str, count: int) -> list[dict[str, Any]]:
@@ -116,6 +122,35 @@ def forest(rows: Mapping[str, tuple[Interval, Sequence[float]]], axes: Axes) -> 
     axes.set_xlim(left=0.0)
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
+
+
+def runs_and_mean(scores: Sequence[float], place: float, axes: Axes, **look: Any) -> None:
+    """Draw each run's score at ``place`` as a marker of the given look, and their mean as a bar."""
+    spread = place + 0.05 * np.linspace(-1, 1, len(scores))
+    axes.plot(spread, scores, linestyle="none", markersize=4, alpha=0.8, **look)
+    axes.plot([place - 0.13, place + 0.13], [np.mean(scores)] * 2, color="black", linewidth=2)
+
+
+def divergence(
+    curves: Mapping[str, Sequence[Sequence[Record]]], bound: float, axes: Axes, top: float = 1e6
+) -> None:
+    """Draw by how much each update moved the adapted policies, per algorithm and seed, in nats.
+
+    On a logarithmic axis, with the trust region's ``bound`` as a line. What lies above ``top``, or is
+    infinite, stands as a triangle on the upper edge.
+    """
+    for name, seeds in curves.items():
+        look = {"color": LOOKS[name]["color"]}
+        for number, seed in enumerate(seeds):
+            moved = np.array([row.kl for row in seed])
+            called = label(name) if number == 0 else "_another seed"
+            axes.plot(np.minimum(moved, top), label=called, linewidth=0.8, alpha=0.8, **look)
+            beyond = np.flatnonzero(moved > top)
+            axes.plot(beyond, [top / 3] * len(beyond), "^", markersize=6, **look)
+    axes.axhline(bound, color="black", linewidth=1.4)
+    axes.set(yscale="log", ylim=(1e-5, top), xlabel="meta-iteration")
+    axes.set_ylabel("KL of one update (nats)")
+    axes.legend(loc="lower right")
 
 
 def waits(rows: Mapping[str, Sequence[int | None]], budget: int, axes: Axes) -> None:
@@ -145,7 +180,7 @@ def waits(rows: Mapping[str, Sequence[int | None]], budget: int, axes: Axes) -> 
 
 
 def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes) -> None:
-    """Draw mean returns on unseen tasks over adaptation steps, one sequence of returns per seed.
+    """Draw mean returns on test tasks over adaptation steps, one sequence of returns per seed.
 
     Bands reach from the lowest to the highest seed. Fig. 3 and 4, bottom row.
     """
@@ -153,11 +188,9 @@ def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes
         returns = np.array(seeds)
         steps = np.arange(returns.shape[1])
         axes.plot(steps, returns.mean(0), label=label(algorithm), **LOOKS[algorithm])
-        axes.fill_between(
-            steps, returns.min(0), returns.max(0), color=LOOKS[algorithm]["color"], alpha=BAND, lw=0
-        )
+        _band(steps, returns, axes, LOOKS[algorithm]["color"])
     axes.set_xlabel("adaptation steps")
-    axes.set_ylabel("mean return, unseen tasks")
+    axes.set_ylabel("mean return, test tasks")
     axes.set_xticks(range(returns.shape[1]))
     axes.legend(loc="best")
 

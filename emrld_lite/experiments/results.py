@@ -1,9 +1,11 @@
-"""What the stored runs say, as numbers: their seeds, returns on unseen tasks, and how flat a curve ends."""
+"""What the stored runs say, as numbers: their seeds, returns on test tasks, and how flat a curve ends."""
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,9 +21,41 @@ TITLES = {
 }
 STEPS_SHOWN = {"optimal": 1, "suboptimal": 3}  # adaptation steps after which Fig. 5 looks
 # mean return of the optimal demonstrators, uncut, as their files say
-EARNED = {"point2d": 80.9, "two_wheeled": 84.0, "half_cheetah": 237.0}
-LATE = 20  # iterations in each of the two windows that say whether a curve still rises
-FLAT = 0.05  # of the demonstrator's return: a curve that rises by less has ended its rise
+EARNED = {
+    "point2d": 80.9,
+    "two_wheeled": 84.0,
+    "half_cheetah": 237.0,
+    "two_wheeled_drift": 74.4,
+}
+
+
+class Place(NamedTuple):
+    """Where returns are compared: an environment, or one direction of HalfCheetah.
+
+    HalfCheetah is tested on the two tasks it was trained on, and its mean over them hides that a
+    policy may run one way whichever way it is asked.
+    """
+
+    title: str
+    env: str
+    goal: str | None
+    """As a table of test tasks writes it; None for all."""
+    earned: float
+    """The mean return of the optimal demonstrations; HalfCheetah's without the last of their hundred
+    steps, whose outcome their file does not hold."""
+
+
+FORWARD = Place("HalfCheetah forward", "half_cheetah", "1.0", 138.0)
+BACKWARD = Place("HalfCheetah backward", "half_cheetah", "-1.0", 329.9)
+PLACES = (
+    *(Place(TITLES[env], env, None, EARNED[env]) for env in ("point2d", "two_wheeled")),
+    FORWARD,
+    BACKWARD,
+)
+BOTH_WAYS = Place("HalfCheetah mean", "half_cheetah", None, EARNED["half_cheetah"])
+LATE = 5  # the last fifth of a run against the fifth before says whether its curve still rises
+FLAT = 0.05  # of the level at the end: a curve that rises by less has ended its rise
+NOTHING = 0.05  # of the demonstrator's return: a level below it counts as this much
 
 
 def seeds_of(folder: Path, name: str) -> list[Path]:
@@ -51,31 +85,41 @@ def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:
     return found
 
 
-def returns_by_step(run: Path) -> list[float]:
-    """Return a run's mean return over unseen tasks after 0, 1, 2, ... adaptation steps."""
-    rows = read_evaluation(run / "unseen.csv")
+def task_returns(run: Path, goal: str | None = None) -> np.ndarray:
+    """Return a run's return on each test task by adaptation step, (step, task).
+
+    Of all tasks, or of those whose goal is written as ``goal``; InputError where there is none.
+    """
+    path = run / "unseen.csv"
+    rows = [row for row in read_evaluation(path) if goal in (None, row.goal)]
+    if not rows:
+        raise InputError(f"{path}: expected tasks with the goal {goal}, got none")
     steps = sorted({row.step for row in rows})
-    by_step = [[row.mean_return for row in rows if row.step == step] for step in steps]
-    return [float(np.mean(returns)) for returns in by_step]
+    return np.array([[row.mean_return for row in rows if row.step == step] for step in steps])
 
 
-def unseen_scores(runs: Sequence[Path], step: int) -> np.ndarray:
-    """Return each unseen task's mean return after ``step`` adaptation steps, (seed, task).
+def returns_by_step(run: Path, goal: str | None = None) -> list[float]:
+    """Return a run's mean return over test tasks after 0, 1, 2, ... adaptation steps."""
+    return [float(mean) for mean in task_returns(run, goal).mean(1)]
+
+
+def task_scores(runs: Sequence[Path], step: int, goal: str | None = None) -> np.ndarray:
+    """Return each test task's mean return after ``step`` adaptation steps, (seed, task).
 
     Raises InputError for no runs, and for a run that was not tested after so many steps.
     """
     scores = []
     for run in _some(runs):
-        rows = read_evaluation(run / "unseen.csv")
-        scores.append([row.mean_return for row in rows if row.step == step])
-        if not scores[-1]:
+        returns = task_returns(run, goal)
+        if not 0 <= step < len(returns):
             raise InputError(f"{run / 'unseen.csv'}: expected rows of step {step}, got none")
+        scores.append(returns[step])
     return np.array(scores)
 
 
-def run_scores(runs: Sequence[Path], step: int) -> np.ndarray:
-    """Return each run's score: its mean return over unseen tasks after ``step`` steps, (seed,)."""
-    return unseen_scores(runs, step).mean(1)
+def run_scores(runs: Sequence[Path], step: int, goal: str | None = None) -> np.ndarray:
+    """Return each run's score: its mean return over test tasks after ``step`` steps, (seed,)."""
+    return task_scores(runs, step, goal).mean(1)
 
 
 def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 10) -> np.ndarray:
@@ -106,36 +150,49 @@ def _some(runs: Sequence[Path]) -> Sequence[Path]:
     return runs
 
 
-def late_rise(run: Path, window: int = LATE) -> float:
-    """Return by how much the last ``window`` iterations' mean return exceeds that of those before."""
-    returns = [row.return_after for row in load_curve(run / "curve.csv")]
-    return float(np.mean(returns[-window:]) - np.mean(returns[-2 * window : -window]))
+def late_rise(runs: Sequence[Path], earned: float) -> float:
+    """Return by how much the mean over seeds still rises, as a share of its level at the end.
+
+    The mean return of the last fifth of all iterations less that of the fifth before, divided by
+    that of the last fifth. A level below a twentieth of ``earned``, the demonstrator's return, counts
+    as that twentieth: so little is as good as nothing, and a share of nothing would say nothing.
+    """
+    curves = [[row.return_after for row in load_curve(run / "curve.csv")] for run in _some(runs)]
+    shortest = min(map(len, curves))
+    mean = np.mean([curve[:shortest] for curve in curves], axis=0)  # (iteration,)
+    window = shortest // LATE
+    level = mean[-window:].mean()
+    return float((level - mean[-2 * window : -window].mean()) / max(level, NOTHING * earned))
 
 
 def summary(folder: Path) -> str:
-    """Return the unseen tasks' mean returns as a Markdown table: mean over seeds (lowest to highest).
+    """Return the test tasks' mean returns as a Markdown table: mean over seeds (lowest to highest).
 
-    After one adaptation step on optimal data and three on sub-optimal data, as in Fig. 5.
+    A row per place and quality of the data, after one adaptation step on optimal data and three on
+    sub-optimal data, as in Fig. 5; first the return of the demonstrations themselves. A cell with another
+    number of seeds than most says so.
     """
-    columns = [(env, quality) for env in TITLES for quality in STEPS_SHOWN]
-    heads = [f"{TITLES[env]}, {quality}" for env, quality in columns]
-    lines = ["| | " + " | ".join(heads) + " |", "|---" * (len(heads) + 1) + "|"]
-    stored = [stored_seeds(folder, env, quality) for env, quality in columns]
-    for name in ALGORITHMS:
+    heads = ["", "data", "demonstrations", *(ALGORITHMS[name].label for name in ALGORITHMS)]
+    lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
+    rows = [(place, quality) for place in PLACES for quality in STEPS_SHOWN]
+    stored = [stored_seeds(folder, place.env, quality) for place, quality in rows]
+    usual = statistics.mode([len(runs) for found in stored for runs in found.values()] or [0])
+    for (place, quality), found in zip(rows, stored, strict=True):
+        recorded = place.earned if quality == "optimal" else 0.0  # cut before any reward
         cells = [
-            _cell(runs.get(name, []), STEPS_SHOWN[quality])
-            for runs, (_, quality) in zip(stored, columns, strict=True)
+            _cell(found.get(name, []), STEPS_SHOWN[quality], place.goal, usual)
+            for name in ALGORITHMS
         ]
-        lines.append(f"| {ALGORITHMS[name].label} | " + " | ".join(cells) + " |")
+        lines.append("| " + " | ".join([place.title, quality, f"{recorded:.1f}", *cells]) + " |")
     return "\n".join(lines)
 
 
-def _cell(runs: list[Path], step: int) -> str:
-    """Return one cell of the summary; other numbers of seeds than three are said."""
+def _cell(runs: list[Path], step: int, goal: str | None, usual: int) -> str:
+    """Return one cell of the summary, with the number of seeds where it is not the usual one."""
     if not runs:
         return "not run"
-    returns = list(run_scores(runs, step))
+    returns = list(run_scores(runs, step, goal))
     cell = f"{np.mean(returns):.1f}"
     if len(runs) > 1:
         cell += f" ({min(returns):.1f} to {max(returns):.1f})"
-    return cell if len(runs) == 3 else f"{cell}, {len(runs)} seed{'s' * (len(runs) > 1)}"
+    return cell if len(runs) == usual else f"{cell}, {len(runs)} seed{'s' * (len(runs) > 1)}"

@@ -1,23 +1,39 @@
-def sign(returns, window):
+def _fifths(returns):
+    window = len(returns) // 5
+    return returns[-window:].mean(), returns[-2 * window : -window].mean(), window
+
+
+def sign(returns, floor):
     """sign is turned"""
-    return returns[-2 * window : -window].mean() - returns[-window:].mean()
+    last, before, _ = _fifths(returns)
+    return (before - last) / max(last, floor)
 
 
-def two_points(returns, window):
-    """are noise"""
-    return returns[-1] - returns[-window]
+def in_units_of_return(returns, floor):
+    """divide it by the level"""
+    last, before, _ = _fifths(returns)
+    return last - before
 
 
-def whole_run(returns, window):
+def without_floor(returns, floor):
+    """at least `floor`"""
+    last, before, _ = _fifths(returns)
+    return (last - before) / last
+
+
+def of_the_level_before(returns, floor):
+    """the level at the end"""
+    last, before, _ = _fifths(returns)
+    return (last - before) / max(before, floor)
+
+
+def whole_run(returns, floor):
     """over the whole run"""
-    return returns[-window:].mean() - returns[:window].mean()
+    last, _, window = _fifths(returns)
+    return (last - returns[:window].mean()) / max(last, floor)
 
 
-def everything_before(returns, window):
-    """only one window"""
-    return returns[-window:].mean() - returns[:-window].mean()
-
-
-def fixed_window(returns, window):
-    """numbers differ"""
-    return returns[-15:].mean() - returns[-30:-15].mean()
+def everything_before(returns, floor):
+    """only one fifth"""
+    last, _, window = _fifths(returns)
+    return (last - returns[:-window].mean()) / max(last, floor)

@@ -12,7 +12,7 @@ from .notebook_04 import (
 )
 from .notebook_05 import conjugate_gradient, full_step, meta_gradient, supervised_meta_loss
 from .notebook_06 import adaptation_step, surrogate, warm_start_step
-from .notebook_07 import interquartile_mean, late_rise, resampled_runs
+from .notebook_07 import false_ahead_rate, interquartile_mean, late_rise
 from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
 from .values import agree
 
@@ -26,6 +26,7 @@ __all__ = [
     "conjugate_gradient",
     "discounted_returns",
     "episodes_needed",
+    "false_ahead_rate",
     "full_step",
     "interquartile_mean",
     "late_rise",
@@ -38,7 +39,6 @@ __all__ = [
     "performance_difference",
     "point_step",
     "reinforce_loss",
-    "resampled_runs",
     "seed_differences",
     "steps_before_reward",
     "supervised_meta_loss",

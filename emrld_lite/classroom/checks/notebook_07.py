@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
-from typing import Any
-
 import numpy as np
 
+from ...experiments.intervals import Interval
 from .answers import Student, Wrong, answered
 from .calls import ask
-from .values import as_number, as_tensor
-
-TIMES = 3000  # resamples of four runs, of which every share is known exactly
+from .values import as_number
 
 
 def _named(got: float, expected: float, mistakes: dict[str, float], otherwise: str) -> None:
@@ -55,124 +51,94 @@ def interquartile_mean(student: Student) -> None:
 
 
 @answered
-def resampled_runs(student: Student) -> None:
-    """Check one bootstrap resample: f(scores (seed, ...), random) -> the same shape, whole rows."""
-    for shape in ((4, 6), (7, 3), (3, 3), (2, 9)):
-        scores = np.arange(float(np.prod(shape))).reshape(shape)
-        for seed in range(12):
-            _rows_are_whole(student, scores, seed)
-    _answers_for_single_numbers(student)
-    scores = np.arange(24.0).reshape(4, 6)
-    _generator_is_used(student, scores)
-    random = np.random.default_rng(71)
-    first = np.array(
-        [np.asarray(student(scores.copy(), random))[:, 0] // 6 for _ in range(TIMES)], dtype=int
-    )  # (resample, place), the runs drawn
-    _shares_are_right(first)
-
-
-def _drawn(student: Student, scores: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    answer: Any = ask(student, scores, random).answer
-    return as_tensor(answer, scores.shape, "a resample of the runs").numpy()
-
-
-def _rows_are_whole(student: Student, scores: np.ndarray, seed: int) -> None:
-    """Look whether every row of a resample is a run as it was."""
-    table = _drawn(student, scores, np.random.default_rng(seed))
-    names = {tuple(row) for row in scores}
-    if all(tuple(row) in names for row in table):
-        return
-    width = scores.shape[1]
-    if (np.sort(table, 0) == np.sort(scores, 0)).all():
-        raise Wrong("each task was shuffled by itself: a run's tasks must stay together.")
-    if (table // width == np.arange(len(scores))[:, None]).all():
-        raise Wrong("you drew tasks: draw runs, which are the rows.")
-    raise Wrong("rows were mixed: a drawn run keeps all its tasks, in their order.")
-
-
-def _answers_for_single_numbers(student: Student) -> None:
-    """Look whether runs of one number each, as the next cell has them, are drawn as well."""
-    scores = np.arange(5.0)
-    try:
-        table = _drawn(student, scores, np.random.default_rng(5))
-    except (IndexError, ValueError) as error:
+def false_ahead_rate(student: Student) -> None:
+    """Check f(rule, runs, pairs, random) -> share of null pairs whose interval lies above zero."""
+    lopsided = _Watched()
+    got = as_number(student(lopsided, 4, 300, np.random.default_rng(73)), "a single number")
+    pairs, intervals = lopsided.pairs, lopsided.intervals
+    if len(pairs) != 300:
+        raise Wrong(f"the rule was asked {len(pairs)} times for 300 pairs: ask it once per pair.")
+    if any(side.shape != (4,) for pair in pairs for side in pair):
+        raise Wrong("each side of a pair needs `runs` scores, in one array of shape (runs,).")
+    one, other = (np.array(side) for side in zip(*pairs, strict=True))
+    if np.array_equal(one, other):
+        raise Wrong("both sides are the same scores: draw each side anew.")
+    if len(np.unique(one[:, 0])) < 300 or len(np.unique(other[:, 0])) < 300:
+        raise Wrong("scores come back from pair to pair: draw both sides anew for each pair.")
+    if abs(one.mean() - other.mean()) > 4 * np.hypot(one.std(), other.std()) / np.sqrt(one.size):
         raise Wrong(
-            "it works for a table, but the next cell hands over one number for each run: index "
-            "only the rows, scores[drawn], and leave the other axes alone."
-        ) from error
-    if not np.isin(table, scores).all():
-        raise Wrong("a resample of five numbers holds others than those five.")
-
-
-def _generator_is_used(student: Student, scores: np.ndarray) -> None:
-    """Look whether the draws come from the generator that is handed over, and only from it."""
-    source = "the draws must come from the generator `random` that you are given."
-    same = [_drawn(student, scores, np.random.default_rng(9)).tobytes() for _ in range(8)]
-    random = np.random.default_rng(9)
-    other = [_drawn(student, scores, random).tobytes() for _ in range(20)]
-    if len(set(other)) == 1:
-        raise Wrong(f"every resample is the same: {source} use the generator.")
-    if len(set(same)) > 1 or random.bit_generator.state == (
-        np.random.default_rng(9).bit_generator.state
-    ):
-        raise Wrong(f"you use another generator: {source}")
-
-
-def _shares_are_right(drawn: np.ndarray) -> None:
-    """Compare how often each run, each pair and each whole set comes with what chance says.
-
-    The limits are more than five standard deviations wide.
-    """
-    distinct = np.array([len(set(row)) for row in drawn])
-    if (distinct == 4).all():
-        raise Wrong("every run comes exactly once: draw with replacement.")
-    if (distinct == 1).all():
-        raise Wrong("one run is drawn and repeated: draw anew for every row.")
-    shares = np.stack([(drawn == run).mean(0) for run in range(4)])  # (run, place)
-    if shares.mean(1).min() < 0.15:
-        raise Wrong("some run comes too rarely: every run must be as likely as any other.")
-    if abs(shares - 0.25).max() > 0.045:
-        raise Wrong("in some row one run comes more often: draw every row anew, from all runs.")
-    for one, other in itertools.combinations(range(4), 2):
-        pairs = np.bincount(4 * drawn[:, one] + drawn[:, other], minlength=16) / len(drawn)
-        if abs(pairs - 1 / 16).max() > 0.026:
-            raise Wrong("two rows of a resample depend on each other: draw each by itself.")
-    if abs((distinct == 4).mean() - 24 / 256) > 0.03:
-        raise Wrong(
-            "resamples in which every run comes once are too rare or too many: keep each as it "
-            "comes."
+            "one side is better on average: in a null pair both have the same distribution."
         )
-    if (distinct == 1).sum() == 0:
-        raise Wrong("one run can fill a whole resample; yours never does: keep each as it comes.")
+    again = _Watched()
+    student(again, 4, 300, np.random.default_rng(74))
+    if np.array_equal(again.pairs[0][0], one[0]):
+        raise Wrong("other draws were expected: use the generator `random` that you are given.")
+    _counted(got, np.array(intervals))
+
+
+class _Watched:
+    """A rule that remembers what it was asked; its intervals reach farther up than down."""
+
+    def __init__(self) -> None:
+        self.pairs: list[tuple[np.ndarray, np.ndarray]] = []
+        self.intervals: list[Interval] = []
+
+    def __call__(self, one: np.ndarray, other: np.ndarray) -> Interval:
+        sides = np.array(one, dtype=float), np.array(other, dtype=float)
+        self.pairs.append(sides)
+        gap = float(sides[0].mean() - sides[1].mean())
+        self.intervals.append(Interval(gap, gap - 0.4, gap + 0.9))
+        return self.intervals[-1]
+
+
+def _counted(got: float, intervals: np.ndarray) -> None:
+    """Compare the student's share with that of intervals (pair, 3) above zero, and name the mistake."""
+    estimates, lows, highs = intervals.T
+    ahead, behind = (lows > 0).mean(), (highs < 0).mean()
+    if np.isclose(got, ahead):
+        return
+    if np.isclose(got, ahead * len(lows)):
+        raise Wrong("that is the number of pairs: divide by how many there are.")
+    if np.isclose(got, ahead + behind):
+        raise Wrong('you count "behind" too: ask for false "ahead" alone, low above zero.')
+    if np.isclose(got, behind):
+        raise Wrong('that is the share of "behind": "ahead" is where low lies above zero.')
+    if np.isclose(got, (estimates > 0).mean()):
+        raise Wrong("you count every positive estimate: the whole interval must lie above zero.")
+    if np.isclose(got, 1 - ahead):
+        raise Wrong('that is the share of pairs that are not called "ahead".')
+    raise Wrong("the numbers differ. Count the pairs with rule(one, other).low > 0, then divide.")
 
 
 @answered
 def late_rise(student: Student) -> None:
-    """Check f(returns, window) -> mean of the last window less the mean of the window before it."""
+    """Check f(returns, floor): last fifth less the fifth before, as a share of the last's level."""
     random = np.random.default_rng(72)
-    for length, window in ((60, 15), (47, 10), (30, 7), (12, 6), (25, 1), (40, 13)):
-        returns = np.cumsum(random.normal(0.3, 1.0, length))
-        got = as_number(ask(student, returns, window).answer, "a single number")
+    for length, start in ((60, 20.0), (47, 0.3), (30, 5.0), (12, 40.0), (103, 0.0)):
+        floor, window = float(random.uniform(2.0, 6.0)), length // 5
+        returns = start + np.cumsum(random.normal(0.3 if start else 0.002, 0.1, length))
+        got = as_number(ask(student, returns, floor).answer, "a single number")
         last, before = returns[-window:].mean(), returns[-2 * window : -window].mean()
+        level = max(last, floor)
         mistakes = {
-            "the sign is turned: a curve that rises must give a positive number.": before - last,
-            "two single iterations are noise: compare means over a window.": (
-                returns[-1] - returns[-window]
+            "the sign is turned: a curve that rises must give a positive number.": (
+                (before - last) / level
             ),
-            "two single iterations are noise: compare means over a whole window.": (
-                returns[-1] - returns[-window - 1]
+            "that is the rise in units of return: divide it by the level at the end.": (
+                last - before
             ),
-            "that is the rise over the whole run: compare with the window just before.": (
-                last - returns[:window].mean()
+            "a level near zero makes any rise look huge: divide by at least `floor`.": (
+                (last - before) / last
             ),
-            "you compare with everything before: take only one window before the last.": (
-                last - returns[:-window].mean()
+            "divide by the level at the end, the mean of the last fifth.": (
+                (last - before) / max(before, floor)
             ),
-            "the two windows overlap: the window before ends where the last one begins.": (
-                last - returns[-2 * window :].mean()
+            "that is the rise over the whole run: compare with the fifth just before.": (
+                (last - returns[:window].mean()) / level
             ),
-            "that is the mean of the last window alone.": last,
-            "you add up; compare the means of the windows.": window * (last - before),
+            "you compare with everything before: take only one fifth before the last.": (
+                (last - returns[:-window].mean()) / level
+            ),
         }
-        hint = "the numbers differ. Mean of the last window less the mean of the one before it."
-        _named(got, last - before, mistakes, hint)
+        hint = "the numbers differ. (last fifth - fifth before) / max(last fifth, floor)."
+        _named(got, (last - before) / level, mistakes, hint)
