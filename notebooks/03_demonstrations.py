@@ -38,11 +38,12 @@ from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.demonstrators import recipes
 from emrld_lite.demonstrators.cloning import clone
 from emrld_lite.demonstrators.expert import ExpertConfig, GoalConditioned, train_expert
-from emrld_lite.envs import ENVIRONMENTS, make
+from emrld_lite.envs import make
 from emrld_lite.experiments import plotting
 from emrld_lite.rollout import collect, episode_returns
 
 plotting.use_style()
+FAMILIES = ("point2d", "two_wheeled", "half_cheetah", "two_wheeled_drift")
 torch.set_num_threads(1)  # leaves the other cores to you
 clock = Clock(
     {
@@ -135,7 +136,7 @@ print(f"              {100 * reached:.1f} % of 20 new ones in fewer than 60 step
 # %% tags=["figure-2"]
 clock.at("good data and bad data")
 figure, panels = plt.subplots(2, 4, figsize=(13, 5.6))
-for column, name in zip(panels.T, ENVIRONMENTS, strict=True):
+for column, name in zip(panels.T, FAMILIES, strict=True):
     for axes, quality in zip(column, ("optimal", "suboptimal"), strict=True):
         plotting.all_demonstrations(load_demonstrations(quality, name), axes)
         axes.set_title(f"{name}\n{quality}", fontsize=10)
@@ -195,7 +196,7 @@ def replay(data):
     return total
 
 
-for name in ENVIRONMENTS:
+for name in FAMILIES:
     good, bad = (
         replay(load_demonstrations(quality, name)) for quality in ("optimal", "suboptimal")
     )
@@ -236,7 +237,7 @@ def returns_of_copy(data, seed=0):
 
 clock.at("copying alone")
 shares, sigmas = {}, []
-for name in ENVIRONMENTS:
+for name in FAMILIES:
     for quality in ("optimal", "suboptimal"):
         data = load_demonstrations(quality, name).map(
             lambda values: values[::2]
@@ -253,11 +254,11 @@ figure, panels = plt.subplots(1, 2, figsize=(11, 3), sharey=True)
 looks = {"optimal": (-0.2, "#0072B2", ""), "suboptimal": (0.2, "#E69F00", "//")}
 for axes, way in zip(panels, ("sampled", "mean action"), strict=True):
     for quality, (shift, colour, hatch) in looks.items():
-        heights = [shares[name, quality][way] for name in ENVIRONMENTS]
+        heights = [shares[name, quality][way] for name in FAMILIES]
         places = np.arange(len(heights)) + shift
         axes.bar(places, heights, 0.38, color=colour, hatch=hatch, label=f"copy of {quality} data")
     axes.axhline(100, color="black", linewidth=0.8, linestyle=(0, (1, 2)))
-    axes.set_xticks(range(len(ENVIRONMENTS)), ENVIRONMENTS, fontsize=8)
+    axes.set_xticks(range(len(FAMILIES)), FAMILIES, fontsize=8)
     axes.set(title=way, ylim=(0, 135))
 panels[0].set_ylabel("return of the copy\n(% of the optimal data's)")
 panels[1].legend(loc="upper right", ncols=2)
@@ -270,7 +271,7 @@ plt.show()
 print("return of the copy, in % of the optimal data's   sampled   mean action")
 for (name, quality), share in shares.items():
     print(f"{name:18} {quality:28} {share['sampled']:9.1f} {share['mean action']:13.1f}")
-for name in ENVIRONMENTS:
+for name in FAMILIES:
     assert shares[name, "optimal"]["sampled"] < 85
 for way in ("sampled", "mean action"):
     assert shares["point2d", "suboptimal"][way] < 0.7 * shares["point2d", "optimal"][way]
