@@ -26,8 +26,9 @@ class Record(NamedTuple):
     ``return_before`` is that of D^tr, so of the warm-started policy in EMRLD-WS; ``return_after`` and
     ``success_after`` are those of D^val. ``kl`` is the mean divergence between the old and the new
     adapted policies, nats: bounded by TRPO, only measured where the meta-update is Adam's.
-    ``unmoved`` counts the tasks whose adaptation changed nothing: no gradient, or one too large to
-    use; curves stored before it was counted have None.
+    ``env_steps`` counts the steps of the episodes that are kept. ``unmoved`` counts the tasks whose
+    adaptation changed nothing: no gradient, or one too large to use; curves stored before it was
+    counted have None.
     """
 
     iteration: int

@@ -352,6 +352,13 @@ def largest_switch_loss():
     return max(lost_at_most(gap) for gap in gaps if gap.high >= 0)
 
 
+def within_bounds(name):
+    """Return the largest KL of any update of a run of the search, and its return on test tasks."""
+    run = SHIPPED.parent / "next/runs" / name
+    largest = max(row.kl for row in load_curve(run / "curve.csv"))
+    return largest, run_scores([run], 1)[0]
+
+
 def each(env, quality, name, goal=None):
     """Return the scores of the seeds, sorted."""
     return sorted(scores(env, quality, name, goal=goal))
@@ -500,6 +507,8 @@ CLAIMS = {
     "README#The baselines' training breaks down": lambda: [
         *(*above_one_nat("gmps"), *above_one_nat("meta-bc")),
         *[TrustRegion().for_actions(dim).max_kl for dim in (2, 6)],
+        *within_bounds("search-point2d-optimal-meta-bc-table1-seed0"),
+        *within_bounds("search-two_wheeled-optimal-meta-bc-rate0.002-seed0"),
         *goals(),
         *[run_scores([SHIPPED / f"{env}-plentiful-meta-bc-seed0"], 1)[0] for env in PLENTIFUL],
     ],

@@ -112,8 +112,8 @@ def adapted_paths(
     environment.draw_tasks(axes, one.tasks)
     plotting.trajectories(before, axes, color="#BBBBBB", linestyle=":")
     plotting.trajectories(after, axes)
-    start = "warm start, " if adaptation.warm_start else ""
-    weights = f"{start}w_rl = {w_rl:.1f}, w_bc = {w_bc:.1f}"
+    first = "warm start, " if adaptation.warm_start else ""
+    weights = f"{first}w_rl = {w_rl:.1f}, w_bc = {w_bc:.1f}"
     axes.set_title(f"{weights}: return {episode_returns(after).mean():.1f}")
     plt.close(figure)
     return figure
