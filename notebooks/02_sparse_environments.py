@@ -40,8 +40,8 @@ import torch
 from emrld_lite import losses, policy
 from emrld_lite.advantage import Score
 from emrld_lite.classroom import checks as check
-from emrld_lite.classroom import sparsity_widget
 from emrld_lite.classroom.clock import Clock
+from emrld_lite.classroom.widgets import sparsity
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.demonstrators.expert import ExpertConfig, train_expert
 from emrld_lite.envs import GYMNASIUM_IDS, make
@@ -387,11 +387,11 @@ if check.episodes_needed(episodes_needed):
 # **Turn it yourself.** The sliders move the goal along the semicircle and change the radius of the disc that pays. 500 walks of an untrained policy stay the same.
 
 # %% tags=["widget-sparsity", "nbval-ignore-output"]
-walks = sparsity_widget.random_walks()
-sparsity_widget.sparsity_sliders(walks)
+walks = sparsity.random_walks()
+sparsity.sparsity_sliders(walks)
 
 # %%
-sparsity_widget.sparsity_picture(walks, angle=60, radius=0.2)
+sparsity.sparsity_picture(walks, angle=60, radius=0.2)
 
 # %% [markdown]
 # *Figure 7. The sliders' default as a still picture: 500 untrained walks (grey), those that meet the disc of radius 0.2 (orange).*

@@ -37,8 +37,8 @@ import torch
 
 from emrld_lite.adapt import Adaptation
 from emrld_lite.classroom import checks as check
-from emrld_lite.classroom import theorem_widgets
 from emrld_lite.classroom.clock import Clock
+from emrld_lite.classroom.widgets import bounds
 from emrld_lite.experiments import plotting
 from emrld_lite.tabular import (
     LEFT_RIGHT,
@@ -885,10 +885,10 @@ print(f"D_TV between {min(distances):.2f} and {max(distances):.2f}")
 
 # %% tags=["widget-bounds", "nbval-ignore-output"]
 clock.at("break it yourself")
-theorem_widgets.bound_sliders()
+bounds.bound_sliders()
 
 # %%
-theorem_widgets.bound_picture()
+bounds.bound_picture()
 
 # %% [markdown]
 # *Figure 9. The sliders' default, as a still picture: improvement, the two groups and three bounds on the five cells.*
@@ -896,10 +896,10 @@ theorem_widgets.bound_picture()
 # **What the proof takes for granted, one thing at a time.** Choose what is falsely claimed, and how falsely. Each row is a line of the proof; a cross is a line that fails.
 
 # %% tags=["widget-assumptions", "nbval-ignore-output"]
-theorem_widgets.assumption_sliders()
+bounds.assumption_sliders()
 
 # %%
-theorem_widgets.assumption_picture("Delta is claimed too large", 0.5)
+bounds.assumption_picture("Delta is claimed too large", 0.5)
 
 # %% [markdown]
 # *Figure 10. The lines of the proof when Delta is claimed too large by half of C1: the move that uses Assumption 1 fails first.*
@@ -916,8 +916,8 @@ theorem_widgets.assumption_picture("Delta is claimed too large", 0.5)
 
 # %% tags=["which-move-fails"]
 expected = ["a_assumption", "b_demo", "lemma_1", "b_demo"]
-for claim, first in zip(theorem_widgets.FALSE_CLAIMS[1:], expected, strict=True):
-    world, claims = theorem_widgets.broken(claim, 0.5)
+for claim, first in zip(bounds.FALSE_CLAIMS[1:], expected, strict=True):
+    world, claims = bounds.broken(claim, 0.5)
     fallen = [line.name for line in proof_lines(*world, claims) if not line.holds()]
     assert fallen[0] == first
     print(f"{claim}: {len(fallen)} lines fall, first {fallen[0]}")

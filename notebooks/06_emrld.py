@@ -33,13 +33,15 @@ import time
 
 import matplotlib.pyplot as plt
 import torch
+from emrld_lite.classroom.two_levels import two_levels
 
 from emrld_lite import losses, policy, train
 from emrld_lite.adapt import adapt, warm_start
 from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.classroom import checks as check
-from emrld_lite.classroom import sketches, widgets
 from emrld_lite.classroom.clock import Clock
+from emrld_lite.classroom.widgets.adaptation import adaptation_slider, adapted_paths
+from emrld_lite.classroom.widgets.learning_curve import LiveCurve
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.experiments import lottery, plotting, runs
@@ -316,7 +318,7 @@ print(f"slope of the surrogate: meta-gradient {by_gradient:.5f}, differences {sl
 # | 11 | **end for** |
 
 # %%
-figure = sketches.two_levels()
+figure = two_levels()
 plt.show()
 
 # %% [markdown]
@@ -349,7 +351,7 @@ print(f"largest difference between a parameter by hand and by emrld_lite.train.m
 # **Predict first.** Which of the two curves will rise, and when will they part?
 
 # %% tags=["live-training", "statistical", "tolerance:abs=45", "tolerance:whole=70"]
-curve = widgets.LiveCurve("emrld-ws", iterations=100)
+curve = LiveCurve("emrld-ws", iterations=100)
 config = TrainConfig(
     algorithm="emrld-ws", demos="optimal", seed=0, iterations=100, stop_at_return=70.0
 )
@@ -463,10 +465,10 @@ assert returns[2] > returns[0] + 20
 # its tick away too, and the demonstration plays no part at all. What happens with $w_{\mathrm{rl}} = 2$?
 
 # %% tags=["nbval-ignore-output"]
-widgets.adaptation_slider(environment, trained, demos["optimal"], rule, task=8)
+adaptation_slider(environment, trained, demos["optimal"], rule, task=8)
 
 # %%
-figure = widgets.adapted_paths(
+figure = adapted_paths(
     environment, trained, demos["optimal"], rule, seed=0, task=8, w_rl=0.2, w_bc=1.0
 )
 figure

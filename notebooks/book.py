@@ -28,7 +28,7 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import PythonLexer
 
-from build import HERE, NO_ALT, SOLUTION, blank, sources, write
+from build import FOLDED, HERE, NO_ALT, SOLUTION, blank, sources, write
 
 THEME = HERE / "book_theme"
 ASSETS = ("book.css", "page.js", "search.js")  # KaTeX's folder comes along whole
@@ -71,6 +71,7 @@ class Chapter(NamedTuple):
 def prepared(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
     """Return a notebook whose exercises carry their blank, and whose figures carry size and text."""
     for cell, exercise in zip(notebook.cells, blank(notebook).cells, strict=True):
+        cell.metadata["reveals"] = "reveal" in cell.metadata.get("tags", [])
         if SOLUTION.search(cell.source):
             cell.metadata["exercise"] = exercise.source
             cell.source = MARKER.sub("", cell.source)
@@ -101,6 +102,19 @@ def exported(name: str, notebook: nbformat.NotebookNode) -> tuple[str, dict[str,
         notebook, resources={"unique_key": name, "output_files_dir": "figures"}
     )
     return html, resources["outputs"]
+
+
+def fold_answers(soup: BeautifulSoup) -> None:
+    """Put each run of cells that give a guess's answer behind one fold."""
+    for cell in soup.select("div.reveal"):
+        fold = cell.find_previous_sibling()
+        if fold is None or "answer" not in fold.get("class", []):
+            fold = soup.new_tag("details", attrs={"class": "answer"})
+            summary = soup.new_tag("summary")
+            summary.string = FOLDED
+            fold.append(summary)
+            cell.insert_before(fold)
+        fold.append(cell.extract())
 
 
 def improve(soup: BeautifulSoup) -> None:
@@ -155,6 +169,7 @@ def chapter(path: Path) -> Chapter:
     html, figures = exported(path.stem, prepared(nbformat.read(path, as_version=4)))
     soup = BeautifulSoup(html, "html.parser")
     improve(soup)
+    fold_answers(soup)
     title, opening = heading_text(soup.h1), soup.p.get_text()
     return Chapter(path.stem, title, opening, str(soup), sections_of(path.stem, soup), figures)
 

@@ -11,6 +11,7 @@ The percent-format .py is the only source anyone edits. The same source makes th
 from __future__ import annotations
 
 import argparse
+import ast
 import base64
 import contextlib
 import math
@@ -40,6 +41,7 @@ SOLUTION = re.compile(
     r"^(?P<indent>[ \t]*)### BEGIN SOLUTION\n.*?^[ \t]*### END SOLUTION[ \t]*$\n?",
     re.MULTILINE | re.DOTALL,
 )
+FOLDED = "After your guess: what comes out, and why"
 BLANK = "raise NotImplementedError  # your code here"
 CELL_TIMEOUT = 600  # seconds
 NO_ALT = "No description has been provided for this image"  # what nbconvert writes
@@ -137,14 +139,34 @@ def describe_figures(notebook: nbformat.NotebookNode) -> None:
 
 
 def blank(notebook: nbformat.NotebookNode) -> nbformat.NotebookNode:
-    """Return the student version: no outputs, and a blank where each solution stood."""
+    """Return the student version: no outputs, a blank where each solution stood, and no answer in sight.
+
+    A cell with the tag ``reveal`` stands after a guess and gives the answer: its prose is folded, and
+    its assertions, which state what will come out, are left to the complete notebook.
+    """
     student = nbformat.from_dict(notebook.copy())
     student.cells = [nbformat.from_dict(dict(cell)) for cell in notebook.cells]
     for cell in student.cells:
+        reveals = "reveal" in cell.metadata.get("tags", [])
         if cell.cell_type == "code":
             cell.outputs, cell.execution_count = [], None
             cell.source = SOLUTION.sub(rf"\g<indent>{BLANK}\n", cell.source).rstrip("\n")
+            if reveals:
+                cell.source = without_assertions(cell.source)
+        elif reveals:
+            cell.source = f"<details><summary>{FOLDED}</summary>\n\n{cell.source}\n\n</details>"
     return student
+
+
+def without_assertions(source: str) -> str:
+    """Return code without its assert statements; SyntaxError where one was a block's only line."""
+    lines = source.splitlines()
+    claims = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Assert)]
+    for claim in sorted(claims, key=lambda node: node.lineno, reverse=True):
+        del lines[claim.lineno - 1 : claim.end_lineno]
+    kept = "\n".join(lines).rstrip("\n")
+    ast.parse(kept)
+    return kept
 
 
 def text(notebook: nbformat.NotebookNode) -> str:

@@ -251,3 +251,17 @@ def test_the_same_notebook_makes_the_same_bytes(module, book, tmp_path, monkeypa
         found = sorted(file for file in folder.rglob("*") if file.is_file())
         files.append({str(file.relative_to(folder)): file.read_bytes() for file in found})
     assert files[0] == files[1] and (tmp_path / "one/katex/LICENSE").is_file()
+
+
+def test_the_answers_to_a_guess_stay_folded_together(module):
+    page = BeautifulSoup(
+        '<p>guess</p><div class="cell reveal">4</div>\n<div class="reveal"><p>four</p></div>'
+        '<p>next</p><div class="reveal">5</div>',
+        "html.parser",
+    )
+    module.fold_answers(page)
+    folds = page.find_all("details", class_="answer", open=False)
+    assert [fold.get_text("|", strip=True) for fold in folds] == [
+        f"{module.FOLDED}|4|four",
+        f"{module.FOLDED}|5",
+    ]

@@ -1,9 +1,11 @@
 """The notebook builder keeps tags and refuses outputs that no reader should see."""
 
 import importlib
+import re
 import sys
 from pathlib import Path
 
+import jupytext
 import nbformat
 import pytest
 
@@ -141,3 +143,63 @@ def test_a_cell_that_fails_does_not_cost_the_page(build, tmp_path, capsys):
     html = (tmp_path / "out/00_fails.html").read_text()
     assert "not reached" in html and "the cell after" in html
     assert "cell-000 failed here" in capsys.readouterr().out
+
+
+GUESS = """# %%
+guess.ask("sum", "two and two")
+
+# %% tags=["reveal"]
+total = 2 + 2
+assert (
+    total == 4
+)
+guess.reveal("sum", f"{total}")
+
+# %% [markdown] tags=["reveal"]
+# It is **four**.
+
+# %% [markdown]
+# The next question.
+"""
+
+
+def test_the_student_version_folds_the_answer_to_a_guess(build, tmp_path):
+    path = tmp_path / "01_guess.py"
+    path.write_text(GUESS)
+    asked, answer, prose, after = build.blank(build.read(path)).cells
+    assert asked.source == 'guess.ask("sum", "two and two")'
+    assert answer.source == 'total = 2 + 2\nguess.reveal("sum", f"{total}")'
+    assert prose.source.startswith("<details><summary>After your guess")
+    assert "\n\nIt is **four**.\n\n</details>" in prose.source
+    assert after.source == "The next question."
+
+
+def test_an_assertion_that_is_all_of_a_block_cannot_be_left_out(build):
+    with pytest.raises(SyntaxError):
+        build.without_assertions("if ready:\n    assert 1 == 1")
+
+
+def guesses_of(path):
+    """Return the cells of a source: what each asks, what it reveals, and whether it is folded."""
+    cells = jupytext.read(path).cells
+    return [
+        (
+            re.findall(r'guess\.ask\(\s*"(\w+)"', cell.source),
+            re.findall(r'guess\.reveal\(\s*"(\w+)"', cell.source),
+            "reveal" in cell.metadata.get("tags", []),
+            cell,
+        )
+        for cell in cells
+    ]
+
+
+@pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("[0-9]*.py")), ids=lambda path: path.stem)
+def test_every_guess_is_answered_once_and_later_and_folded(path):
+    cells = guesses_of(path)
+    asked = [(name, place) for place, cell in enumerate(cells) for name in cell[0]]
+    answered = {name: place for place, cell in enumerate(cells) for name in cell[1]}
+    assert sorted(name for name, _ in asked) == sorted(name for cell in cells for name in cell[1])
+    for name, place in asked:
+        assert place < answered[name] and cells[answered[name]][2], name
+    for _, _, folded, cell in cells:
+        assert not (folded and re.search(r"^#", cell.source, re.M) and cell.cell_type == "markdown")

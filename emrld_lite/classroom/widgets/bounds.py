@@ -8,10 +8,10 @@ import torch
 from IPython.display import display
 from matplotlib.figure import Figure
 
-from ..tabular import Claims, corridor_step, proof_lines, slippery_pair, theorem_1
-from ..tabular.families import Family
-from ..tabular.figures import bound_bars, slacks
-from ..validation import check_choice
+from ...tabular import Claims, corridor_step, proof_lines, slippery_pair, theorem_1
+from ...tabular.families import Family
+from ...tabular.figures import bound_bars, slacks
+from ...validation import check_choice
 
 FALSE_CLAIMS = (
     "nothing",

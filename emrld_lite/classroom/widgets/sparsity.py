@@ -10,12 +10,12 @@ import torch
 from IPython.display import display
 from matplotlib.figure import Figure
 
-from ..envs import make
-from ..envs.drawing import round_goal
-from ..envs.goals import GOAL_RADIUS
-from ..policy import initialise
-from ..rollout import collect
-from ..validation import real_number
+from ...envs import make
+from ...envs.drawing import round_goal
+from ...envs.goals import GOAL_RADIUS
+from ...policy import initialise
+from ...rollout import collect
+from ...validation import real_number
 
 
 def random_walks(count: int = 500, seed: int = 0) -> torch.Tensor:
