@@ -11,7 +11,7 @@ from .algorithms import ALGORITHMS, Algorithm
 from .envs import Environment, family, make
 from .envs.base import PaidSide, Reward, Start
 from .envs.point2d import Point2D, StepRule
-from .learners import Adam, Learner, Trpo
+from .learners import LEARNERS, Adam, Learner, Trpo
 from .losses import Reduction
 from .policy import NETWORK_START, LogDensity, NetworkStart, Params, initialise
 from .trpo import TrustRegion
@@ -32,6 +32,7 @@ EnvironmentName = Literal[
 ]
 MOST_ROUNDS = 1000  # of the trust region's loops: halved so often, a step is zero
 AlgorithmName = Literal["emrld", "emrld-ws", "maml", "meta-bc", "gmps"]
+MetaUpdate = Literal["rl-trpo", "cloning-adam", "cloning-trpo"]
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,9 @@ class TrainConfig:
     """Weight of RL in the adaptation; by default the algorithm's and the data's (Table 1)."""
     w_bc: float | None = None
     """Weight of cloning in the adaptation; by default the algorithm's (Table 1)."""
+    meta_update: MetaUpdate | None = None
+    """The meta-update's loss and optimiser; by default the algorithm's. No algorithm of the paper clones by
+    TRPO."""
     meta_momentum: float = 0.5
     """Share of earlier iterations in the gradient along which TRPO steps (ours; the paper's is 0)."""
     meta_lr: float = 0.01
@@ -105,6 +109,8 @@ class TrainConfig:
         check_choice("start", self.start, get_args(Start))
         check_choice("paid side", self.paid_side, get_args(PaidSide))
         check_choice("algorithm", self.algorithm, ALGORITHMS)
+        if self.meta_update is not None:
+            check_choice("meta_update", self.meta_update, get_args(MetaUpdate))
         text("demos", self.demos)
         for name in ("second_order", "normalise", "learn_sigma", "heading"):
             true_or_false(name, getattr(self, name))
@@ -161,8 +167,14 @@ class TrainConfig:
             start=self.network_start,
         )
 
+    def learner_type(self) -> type[Learner]:
+        """Return what makes the meta-update: the algorithm's, unless ``meta_update`` says another."""
+        if self.meta_update is None:
+            return self.comparison_row().learner
+        return LEARNERS[self.meta_update]
+
     def learner(self, theta: Params) -> Learner:
         """Return what changes the meta-policy ``theta``, with nothing learned yet."""
-        if self.comparison_row().learner is Adam:
-            return Adam(theta, self.meta_lr)
-        return Trpo(theta, self.trust_region, self.meta_momentum)
+        if issubclass(chosen := self.learner_type(), Trpo):
+            return chosen(theta, self.trust_region, self.meta_momentum)
+        return Adam(theta, self.meta_lr)

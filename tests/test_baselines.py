@@ -17,6 +17,7 @@ from emrld_lite.evaluate import adaptation_curve
 from emrld_lite.experiments import checkpoints, runs
 from emrld_lite.learners import (
     Adam,
+    CloningTrpo,
     TaskData,
     Trpo,
     adapted_kl,
@@ -183,6 +184,65 @@ def test_a_step_that_is_not_finite_changes_neither_policy_nor_memory(spoiled, ra
     assert same is params and step.note == f"skipped: {spoiled} is not finite"
     for name, value in learner.state().items():
         torch.testing.assert_close(value, kept[name])
+
+
+def mean_cloning_loss(params, data, rule):
+    """Return mean_i L^BC_i(theta_i), one task after the other."""
+    losses = []
+    for task in range(len(data.demonstrations.tasks)):
+        one = slice(task, task + 1)
+        demos = data.demonstrations.take(one)
+        adapted = adapt.adapt(params, data.before.take(one), demos, rule)
+        losses.append(float(adapt.cloning_loss(adapted, demos, rule).detach()))
+    return sum(losses) / len(losses)
+
+
+@pytest.mark.parametrize("rule", [META_BC, GMPS], ids=["cloning", "rl"])
+def test_cloning_by_trpo_lowers_the_cloning_loss_within_the_bound(rule):
+    params = random_params(0)
+    data = TaskData(random_rollout(2, 6), random_rollout(3, 6), random_demonstrations(1, 6))
+    learner = CloningTrpo(params, trpo.TrustRegion(max_kl=0.02, fisher_samples=20))
+    stepped, step = learner.update(params, data, rule, torch.Generator().manual_seed(0))
+    assert step.note == ""
+    assert mean_cloning_loss(stepped, data, rule) < mean_cloning_loss(params, data, rule)
+    measured = adapted_kl(params, stepped, chunks(data), rule)
+    assert step.kl == pytest.approx(measured) and 0 < measured <= 0.02
+
+
+def test_cloning_by_trpo_starts_from_the_loss_and_gradient_of_meta_bc():
+    params = random_params(0)
+    data = TaskData(random_rollout(2, 6), random_rollout(3, 6), random_demonstrations(1, 6))
+    parts = chunks(data)
+    learner = CloningTrpo(params, trpo.TrustRegion())
+    objective = learner.objective(params, parts, META_BC)
+    assert objective.value == pytest.approx(mean_cloning_loss(params, data, META_BC))
+    torch.testing.assert_close(
+        objective.gradient, policy.to_vector(cloning_gradient(params, parts, META_BC))
+    )
+
+
+def test_cloning_by_trpo_reads_no_reward_of_d_val():
+    params = random_params(0)
+    before, after, demos = random_rollout(2), random_rollout(3), random_demonstrations(1)
+    unpaid = after._replace(rewards=0 * after.rewards, advantages=0 * after.advantages)
+    one, other = (
+        CloningTrpo(params, trpo.TrustRegion(fisher_samples=20)).update(
+            params, TaskData(before, late, demos), META_BC, torch.Generator().manual_seed(0)
+        )[0]
+        for late in (after, unpaid)
+    )
+    assert torch.equal(policy.to_vector(one), policy.to_vector(other))
+
+
+def test_a_meta_update_that_is_chosen_replaces_the_algorithm_s():
+    own = dataclasses.replace(SMALL, algorithm="meta-bc")
+    chosen = dataclasses.replace(own, meta_update="cloning-trpo")
+    assert own.learner_type() is Adam and chosen.learner_type() is CloningTrpo
+    named = dataclasses.replace(own, meta_update="cloning-adam")
+    assert runs.differences(own, named) == []  # it says what Meta-BC does anyway
+    assert "meta_update" in runs.differences(own, chosen)
+    with pytest.raises(InputError, match="meta_update"):
+        dataclasses.replace(own, meta_update="adam")
 
 
 def test_a_policy_file_without_adam_s_memory_is_refused(tmp_path):

@@ -100,6 +100,11 @@ def test_help_lists_the_choices_of_an_option(capsys):
         (["demos", "--env", "point2d", "--quality", "optimal", "--out", "d"], "ending in .npz"),
         ([*OPTIMAL, "--out", "d.npz", "--noise", "-1"], "noise"),
         ([*OPTIMAL, "--out", "d.npz", "--tasks", "3", "--expert-out", "e"], "train no expert"),
+        ([*OPTIMAL, "--out", "d.npz", "--stop-at-success", "2"], "stop_at_success"),
+        (
+            [*OPTIMAL, "--out", "d.npz", "--tasks", "3", "--stop-at-success", "0.5"],
+            "train no expert",
+        ),
         ([*OPTIMAL, "--out", "d.npz", "--paths", "0"], "paths: expected a whole number"),
         ([*OPTIMAL, "--out", "d.npz", "--largest-drift", "0.3"], "unknown option of point2d"),
         (["train", "--algorithm", "gmps", "--meta-lr", "0", "--out", "X"], "meta_lr"),

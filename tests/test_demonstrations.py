@@ -251,6 +251,18 @@ def test_narrow_drifts_are_shown_by_the_same_expert(env):
         assert replayed_reward(narrow, task)[1]  # reaches the goal
 
 
+def test_poor_data_mislead_where_suboptimal_data_point_at_the_goal():
+    apart = {}
+    for name in ("suboptimal", "poor"):
+        data = demonstrations.load(demonstrations.SHIPPED / f"point2d-{name}.npz", "point2d")
+        assert all(replayed_reward(data, task) == (0.0, False) for task in range(12))
+        away = (data.states[:, 0] - data.tasks[:, None]).norm(dim=-1)  # (task, time)
+        last = data.lengths().reshape(-1, 1) - 1
+        apart[name] = away.gather(1, last).squeeze(1)
+    assert apart["suboptimal"].max() < 0.5
+    assert (apart["poor"] > 1.0).sum() == 5
+
+
 @pytest.mark.parametrize("env", ["two_wheeled", "two_wheeled_drift"])
 def test_suboptimal_wheeled_data_lack_their_beginning(env):
     data = demonstrations.load_demonstrations("suboptimal", env)

@@ -1,6 +1,7 @@
 """The lottery: what is drawn, what is kept, how it is summed up; one real draw as on another machine."""
 
 import dataclasses
+import hashlib
 import json
 
 import numpy as np
@@ -127,3 +128,10 @@ def test_the_stored_lottery_was_played_with_the_present_defaults():
         if not draw.options:
             config = TrainConfig(env=draw.env, algorithm=draw.algorithm, demos=draw.demos)
             assert draw.settings == lottery.settings_hash(config)
+
+
+def test_only_what_differs_from_the_default_counts_in_the_settings_hash():
+    """So a draw stays valid when a switch is added that is left off."""
+    nothing = hashlib.sha256(b"{}").hexdigest()[:8]
+    assert lottery.settings_hash(TrainConfig(seed=3, iterations=7, stop_at_return=70.0)) == nothing
+    assert lottery.settings_hash(TrainConfig(adapt_lr=0.02)) != nothing

@@ -19,7 +19,7 @@ import safetensors
 import safetensors.torch
 import torch
 
-from emrld_lite import learners, policy, storage, trpo
+from emrld_lite import policy, storage, trpo
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import SHIPPED as SHIPPED_DEMONSTRATIONS
 from emrld_lite.demonstrations import load_demonstrations
@@ -33,6 +33,7 @@ from emrld_lite.experiments import (
     results,
     runs,
 )
+from emrld_lite.learners import trust_region
 from emrld_lite.rollout import episode_returns
 from emrld_lite.train import meta_train
 from emrld_lite.validation import InputError
@@ -271,13 +272,13 @@ def test_damaged_runs_are_refused_by_file_and_field(begun, damage, words):
 
 
 def test_a_non_finite_update_never_reaches_the_policy(tmp_path, monkeypatch):
-    original = learners.surrogate_gradient
+    original = trust_region.surrogate_gradient
 
     def broken(*arguments):
         piece = original(*arguments)
         return piece._replace(gradient=piece.gradient * math.nan)
 
-    monkeypatch.setattr(learners, "surrogate_gradient", broken)
+    monkeypatch.setattr(trust_region, "surrogate_gradient", broken)
     run = checkpoints.train_run(SMALL, tmp_path / "run")
     start = policy.initialise(2, 2, seed=0)
     assert all(torch.equal(run.meta_params[name], start[name]) for name in start)

@@ -40,6 +40,7 @@ CHANGES = {  # setting: another value, and the control where it is not CONTROL
     "adapt_lr": (0.02, CONTROL),
     "w_rl": (0.5, CONTROL),
     "w_bc": (0.5, CONTROL),
+    "meta_update": ("cloning-trpo", CONTROL),
     "meta_momentum": (0.0, CONTROL),
     "meta_lr": (0.02, META_BC),
     "bc_reduction": ("sum", CONTROL),

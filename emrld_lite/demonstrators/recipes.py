@@ -80,9 +80,14 @@ def recipe_for(env: str, quality: str) -> Recipe:
     return lookup("quality", quality, lookup("environment", env, RECIPES))
 
 
-def train_to_quality(config: ExpertConfig, quality: str) -> Iterator[ExpertIterate]:
-    """Yield the iterates of ``train_expert`` up to the one whose policy makes data of ``quality``."""
-    enough = recipe_for(config.env, quality).success_at_stop
+def train_to_quality(
+    config: ExpertConfig, quality: str, recipe: Recipe | None = None
+) -> Iterator[ExpertIterate]:
+    """Yield the iterates of ``train_expert`` up to the one whose policy makes data of ``quality``.
+
+    ``recipe`` replaces the recipe of ``quality``, for experiments.
+    """
+    enough = (recipe or recipe_for(config.env, quality)).success_at_stop
     for iterate in train_expert(config):
         yield iterate
         if iterate.success >= enough:

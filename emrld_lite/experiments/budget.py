@@ -96,4 +96,4 @@ def announcement(config: TrainConfig, tasks: int) -> str | None:
 
 def _draws(config: TrainConfig) -> bool:
     """Return whether the meta-update draws samples of the steps, as TRPO's Fisher product does."""
-    return config.comparison_row().learner is Trpo
+    return issubclass(config.learner_type(), Trpo)

@@ -59,8 +59,13 @@ class Draw(NamedTuple):
 
 
 def settings_hash(config: TrainConfig) -> str:
-    """Return the first digits of the hash of every setting but seed, budget and target."""
-    settings = asdict(replace(config, seed=0, iterations=1, stop_at_return=None))
+    """Return the first digits of the hash of every setting but seed, budget and target.
+
+    Only what differs from the default counts: a draw stays valid when a new switch, left off, is added.
+    """
+    chosen = asdict(replace(config, seed=0, iterations=1, stop_at_return=None))
+    default = asdict(TrainConfig(seed=0, iterations=1))
+    settings = {name: value for name, value in chosen.items() if value != default[name]}
     return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:8]
 
 

@@ -13,7 +13,7 @@ import torch
 from .. import storage
 from ..config import TrainConfig
 from ..demonstrations import Demonstrations, load_demonstrations
-from ..learners import Trpo
+from ..learners import LEARNERS, Trpo
 from ..policy import Params
 from ..train import Record
 from ..trpo import TrustRegion
@@ -165,11 +165,14 @@ def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
     dim = one.environment().action_dim
 
     def as_it_acts(config: TrainConfig) -> TrainConfig:
-        region = config.trust_region.for_actions(dim)
-        used = config.comparison_row().learner is Trpo
-        if used:
-            return dataclasses.replace(config, trust_region=region)
-        return dataclasses.replace(config, trust_region=TrustRegion(), meta_momentum=0.0)
+        learner = config.learner_type()
+        named = next(name for name, kind in LEARNERS.items() if kind is learner)
+        region, momentum = config.trust_region.for_actions(dim), config.meta_momentum
+        if not issubclass(learner, Trpo):
+            region, momentum = TrustRegion(), 0.0
+        return dataclasses.replace(
+            config, meta_update=named, trust_region=region, meta_momentum=momentum
+        )
 
     one, other = as_it_acts(one), as_it_acts(other)
     return [name for name in _names(one) if getattr(one, name) != getattr(other, name)]

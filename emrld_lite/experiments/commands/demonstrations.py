@@ -33,6 +33,7 @@ def demos(
     threads: int = 1,
     tasks: int | None = None,
     noise: float | None = None,
+    stop_at_success: float | None = None,
     largest_drift: float | None = None,
     paths: int = 1,
 ) -> None:
@@ -47,6 +48,8 @@ def demos(
         threads: CPU threads; the same number makes the same bytes
         tasks: let the workbook's own expert demonstrate so many tasks drawn at random
         noise: standard deviation of the noise added to each action, in place of the quality's own
+        stop_at_success: train the expert until it reaches so many of its goals (0 to 1), in place of the
+            quality's own share
         largest_drift: let the workbook's own expert demonstrate training tasks that drift less
         paths: let the workbook's own expert show each task so often; noise alone tells them apart
     """
@@ -56,13 +59,17 @@ def demos(
     recipe = recipes.recipe_for(env, quality)
     if noise is not None:
         recipe = replace(recipe, action_noise=real_number("noise", noise, 0.0, LARGEST_NOISE))
+    if stop_at_success is not None:
+        share = real_number("stop_at_success", stop_at_success, 0.0, 1.0)
+        recipe = replace(recipe, success_at_stop=share)
     world = make(env, **({} if largest_drift is None else {"largest_drift": largest_drift}))
     ends_in("out", check_target("out", out), ".npz")
     if tasks is not None or largest_drift is not None or paths > 1:
-        if expert_out is not None:
-            raise InputError(
-                "expert_out: expected none with --tasks, --largest-drift or --paths, which train no expert"
-            )
+        for name, given in (("expert_out", expert_out), ("stop_at_success", stop_at_success)):
+            if given is not None:
+                raise InputError(
+                    f"{name}: expected none with --tasks, --largest-drift or --paths, which train no expert"
+                )
         wanted = (
             world.training_tasks() if tasks is None else _drawn_tasks(world, tasks, seed, paths)
         )
@@ -70,7 +77,7 @@ def demos(
     else:
         if expert_out is not None:
             ends_in("expert_out", check_target("expert_out", expert_out), ".safetensors")
-        wanted, expert = world.training_tasks(), _train_expert(config, quality)
+        wanted, expert = world.training_tasks(), _train_expert(config, quality, recipe)
     made = recipes.demonstrate(expert, env, wanted, quality, seed, recipe, paths)
     demonstration_files.save(out, made)
     if expert_out is not None:
@@ -88,10 +95,10 @@ def _drawn_tasks(world: Environment, tasks: int, seed: int, paths: int) -> Tasks
     return world.test_tasks(tasks, np.random.default_rng(seed))
 
 
-def _train_expert(config: ExpertConfig, quality: str) -> Params:
+def _train_expert(config: ExpertConfig, quality: str, recipe: recipes.Recipe) -> Params:
     """Return the policy of a newly trained expert, with a bar that shows its progress."""
     with tqdm(total=config.iterations, unit="iteration", desc=f"{config.env} {quality}") as bar:
-        for iterate in recipes.train_to_quality(config, quality):
+        for iterate in recipes.train_to_quality(config, quality, recipe):
             bar.set_postfix_str(f"success {iterate.success:.2f}")
             bar.update()
     return iterate.params
