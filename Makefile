@@ -7,14 +7,14 @@ PIP_FLAGS ?=
 BIN := .venv/bin
 STAMP := .venv/.ready
 
-.PHONY: setup run test lab lint notebooks book clean
+.PHONY: setup run test lab lint notebooks book handout autograde clean
 
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), f"Python 3.11 or later is needed, this is {sys.version}"'
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet $(PIP_FLAGS) --constraint constraints.txt --editable ".[notebooks,sweep,test]"
+	$(BIN)/python -m pip install --quiet $(PIP_FLAGS) --constraint constraints.txt --editable ".[notebooks,sweep,grading,test]"
 	touch $@
 
 # Train EMRLD-WS live, adapt it to unseen goals, and show notebook 06 as a page.
@@ -51,6 +51,19 @@ notebooks: setup
 # Write the notebooks, as they ran last, as a static site: open build/book/index.html.
 book: setup
 	$(BIN)/python notebooks/book.py --out build/book
+
+# Graded courses: environment.md says how. NOTEBOOKS="01 03" takes these alone, PRIVATE_TESTS=folder adds tests that students do not see.
+NOTEBOOKS ?=
+PRIVATE_TESTS ?=
+HIDDEN := $(if $(PRIVATE_TESTS),--private-tests "$(PRIVATE_TESTS)")
+
+# Write the class folder for nbgrader, build/class: what students get, and what grades them.
+handout: setup
+	$(BIN)/python notebooks/handout.py $(NOTEBOOKS) $(HIDDEN)
+
+# Hand in a blank, a half-right and a full copy of each notebook, have nbgrader grade them, compare the marks.
+autograde: setup
+	$(BIN)/python notebooks/autograde.py $(NOTEBOOKS) $(HIDDEN)
 
 clean:
 	rm -rf build .pytest_cache .ruff_cache .hypothesis

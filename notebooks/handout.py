@@ -19,6 +19,7 @@ import shutil
 import sys
 from collections import Counter
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,9 +32,10 @@ from build import HERE, SOLUTION, blank, read, sources, text, write
 SETTINGS = "nbgrader_config.py"
 CHECK = re.compile(r"\bcheck\.(\w+)\((\w+)\)")
 DIFFICULTY = re.compile(r"Difficulty (\d+) of \d+")
-HANDING_IN = """**This copy is graded.** Under each exercise stands a grade cell: it says how many points the exercise is
-worth, and stops with a sentence as long as the answer is not right. Answer in the exercise's own cell, under the function's own name,
-and put what else your answer needs into that cell or into cells that you add. Play with all other cells as you like: they are put back before grading."""
+HANDING_IN = """**This copy is graded.** Under each exercise stands a grade cell. It says how many points the
+exercise is worth, and stops with a sentence as long as the answer is not right. Answer in the
+exercise's own cell, under the function's own name, and put what else your answer needs into that cell
+or into cells that you add. Play with all other cells as you like: they are put back before grading."""
 GRADE = """# Grade: {points} {unit}. This cell stops with a sentence as long as the answer is not right.
 from emrld_lite.classroom import checks
 
@@ -55,7 +57,7 @@ def exercises(notebook: nbformat.NotebookNode) -> list[Exercise]:
     """Return the notebook's exercises in order: each a solution whose next code cell checks it."""
     code = [number for number, cell in enumerate(notebook.cells) if cell.cell_type == "code"]
     found = []
-    for here, following in zip(code, code[1:], strict=False):
+    for here, following in pairwise(code):
         match = CHECK.search(notebook.cells[following].source)
         if match and SOLUTION.search(notebook.cells[here].source):
             name, function = match.groups()
@@ -108,7 +110,8 @@ def handout(
     graded = exercises(notebook)
     answers = {notebook.cells[one.solution].id: one.name for one in graded}
     grades = {
-        notebook.cells[one.check].id: grade_cell(one, (hidden or {}).get(one.name)) for one in graded
+        notebook.cells[one.check].id: grade_cell(one, (hidden or {}).get(one.name))
+        for one in graded
     }
     solved = {cell.id: cell for cell in notebook.cells}
     student = blank(notebook)  # folds what students should not see at once; solutions stay here
