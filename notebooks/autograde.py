@@ -82,7 +82,7 @@ def grade(api: NbGraderAPI, student: str, name: str) -> Marks:
     result = api.autograde(name, student)
     if not result["success"]:
         sys.exit(f"{name} of {student} was not graded\n{result.get('log') or result['error']}")
-    with Gradebook(api.coursedir.db_url) as gradebook:
+    with Gradebook(api.coursedir.db_url, api.coursedir.course_id) as gradebook:
         grades = gradebook.find_submission_notebook(name, name, student).grades
         return {one.name.removeprefix("grade-"): one.score for one in grades}
 

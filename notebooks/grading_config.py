@@ -10,11 +10,11 @@ import emrld_lite
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 sys.path.insert(0, str(Path(emrld_lite.__file__).resolve().parent.parent / "notebooks"))
 
-from nbgrader.converters import Autograde
+from nbgrader.converters import Autograde, GenerateFeedback
 from nbgrader.preprocessors import Execute, OverwriteCells
 
 from build import BLANK
-from grading import ExecuteNeeded, PutBack
+from grading import ExecuteNeeded, KeepHidden, PutBack
 
 c = get_config()  # noqa: F821 - nbgrader gives this function to its settings
 
@@ -39,3 +39,8 @@ c.Execute.timeout = 300  # seconds for a cell; an endless answer is ended by its
 # nbgrader takes a warning of a right answer for a failure, unless it is taken out first.
 c.IgnorePattern.enabled = True
 c.IgnorePattern.pattern = "(?s).*"
+# The marks are read first, then hidden tests go: feedback shows cells and how they stopped.
+c.GenerateFeedback.preprocessors = [
+    *GenerateFeedback.preprocessors.default_args[0],
+    KeepHidden,
+]

@@ -21,7 +21,7 @@ NOTEBOOKS = Path(__file__).resolve().parent.parent / "notebooks"
 STEMS = sorted(path.stem for path in NOTEBOOKS.glob("[0-9][0-9]_*.py"))
 GRADED = next(stem for stem in STEMS if stem.startswith("03"))  # the quickest to import
 pytestmark = pytest.mark.filterwarnings("ignore::sqlalchemy.exc.SAWarning")  # nbgrader's own
-MODULES = ("build", "grading", "handout", "autograde")
+MODULES = ("build", "needed", "grading", "handout", "autograde")
 WARNS = "\nimport warnings\nwarnings.warn('beware')\nprint('a word')\n"
 
 
@@ -213,11 +213,15 @@ def test_only_the_spoilt_exercise_costs_marks(tools, graded):
     assert tools.autograde.grade(graded.api, "spoilt", GRADED) == {**full, renamed.name: 0.0}
 
 
-def test_a_hidden_test_takes_the_points_of_what_passes_the_check(tools, graded):
+def test_a_hidden_test_takes_points_and_stays_hidden_in_the_feedback(tools, graded):
     first = graded.exercises[0]
     answer = tools.autograde.solutions(graded.notebook)[first.name]
     got = graded.marks("fitted", {first.name: f"{answer}\n\n{first.function}.__doc__ = None"})
     assert got[first.name] == 0
+    assert graded.api.generate_feedback(GRADED, "fitted")["success"]
+    feedback = (graded.out / "feedback" / "fitted" / GRADED / f"{GRADED}.html").read_text()
+    assert "the secret" in feedback  # what the test says as it stops
+    assert f"assert {first.function}" not in feedback and "HIDDEN" not in feedback
 
 
 def test_students_do_not_see_the_hidden_tests(graded):
@@ -284,12 +288,12 @@ def test_what_a_mark_can_depend_on_is_run(tools, cells, run):
     parts = [
         cell.partition(": ")[::2] if not cell.startswith(":") else ("", cell[2:]) for cell in cells
     ]
-    assert tools.grading.needed(course(*parts, ("grade", "f"))) == run
+    assert tools.needed.needed(course(*parts, ("grade", "f"))) == run
 
 
 def test_to_grade_a_notebook_its_imports_are_run_and_no_training(tools, handouts):
     for notebook in handouts.values():
-        run = [notebook.cells[number] for number in sorted(tools.grading.needed(notebook))]
+        run = [notebook.cells[number] for number in sorted(tools.needed.needed(notebook))]
         own = [cell for cell in run if kind(cell)[0] != "given"]
         assert len(run) - len(own) <= 2
         assert len(own) == sum(kind(cell)[0] in ("answer", "grade") for cell in notebook.cells)
