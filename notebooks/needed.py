@@ -2,8 +2,9 @@
 
 A notebook trains for minutes, and no mark hangs on a training. So of the cells that were given, only
 those run whose names an answer, a grade cell or a cell of the student's own uses, directly or through
-another given cell. What is skipped cannot be seen by what is graded. In doubt a cell runs: where code
-looks names up while it runs (``eval``, ``globals``), the whole notebook does.
+another given cell, and those that change such a name's object in place. Where code looks names up
+while it runs (``eval``, ``globals``), the whole notebook runs. Not seen is a change that a given cell
+makes by handing an object to a function.
 """
 
 from __future__ import annotations
