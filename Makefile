@@ -6,8 +6,9 @@ PYTHON ?= python3
 PIP_FLAGS ?=
 BIN := .venv/bin
 STAMP := .venv/.ready
+GRADING := .venv/.grading
 
-.PHONY: setup run test lab lint notebooks book clean
+.PHONY: setup run test lab lint notebooks book handout autograde clean
 
 setup: $(STAMP)
 
@@ -15,6 +16,11 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), f"Python 3.11 or later is needed, this is {sys.version}"'
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet $(PIP_FLAGS) --constraint constraints.txt --editable ".[notebooks,sweep,test]"
+	touch $@
+
+# nbgrader comes with the first command that grades: JupyterLab shows its menus from then on.
+$(GRADING): $(STAMP)
+	$(BIN)/python -m pip install --quiet $(PIP_FLAGS) --constraint constraints.txt --editable ".[grading]"
 	touch $@
 
 # Train EMRLD-WS live, adapt it to unseen goals, and show notebook 06 as a page.
@@ -31,7 +37,7 @@ run: setup
 # Lint, drift check, every notebook run again and compared (the student versions run too, blanks and
 # all), unit and property tests. The notebooks, whose few cells take longest, come first, not sorted last
 # by their number: else one of them runs alone at the end.
-test: setup
+test: setup $(GRADING)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/python notebooks/build.py --check
@@ -51,6 +57,19 @@ notebooks: setup
 # Write the notebooks, as they ran last, as a static site: open build/book/index.html.
 book: setup
 	$(BIN)/python notebooks/book.py --out build/book
+
+# Graded courses: environment.md says how. NOTEBOOKS="01 03" takes these alone, PRIVATE_TESTS=folder adds tests that students do not see.
+NOTEBOOKS ?=
+PRIVATE_TESTS ?=
+HIDDEN := $(if $(PRIVATE_TESTS),--private-tests "$(PRIVATE_TESTS)")
+
+# Write the class folder for nbgrader, build/class: what students get, and what grades them.
+handout: setup $(GRADING)
+	$(BIN)/python notebooks/handout.py $(NOTEBOOKS) $(HIDDEN)
+
+# Hand in a blank, a half-right and a full copy of each notebook, have nbgrader grade them, compare the marks.
+autograde: setup $(GRADING)
+	$(BIN)/python notebooks/autograde.py $(NOTEBOOKS) $(HIDDEN)
 
 clean:
 	rm -rf build .pytest_cache .ruff_cache .hypothesis

@@ -1,5 +1,6 @@
 """Checks of the exercises, one module per notebook: ``check.<exercise>(student_function)``."""
 
+from .grades import require
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
 from .notebook_02 import episodes_needed, loitering_gain, point_step, wheeled_step
 from .notebook_03 import nearest_distance, steps_before_reward, with_task
@@ -39,6 +40,7 @@ __all__ = [
     "performance_difference",
     "point_step",
     "reinforce_loss",
+    "require",
     "seed_differences",
     "steps_before_reward",
     "supervised_meta_loss",
