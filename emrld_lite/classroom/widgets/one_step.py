@@ -60,9 +60,16 @@ def one_step_sliders() -> None:
     ipywidgets.interact(
         show,
         alpha=ipywidgets.FloatSlider(
-            value=0.1, min=0.0, max=LARGEST_ALPHA, step=0.005, readout_format=".3f"
+            value=0.1,
+            min=0.0,
+            max=LARGEST_ALPHA,
+            step=0.005,
+            readout_format=".3f",
+            continuous_update=False,
         ),
-        theta=ipywidgets.FloatSlider(value=0.0, min=-EDGE, max=EDGE, step=0.1),
+        theta=ipywidgets.FloatSlider(
+            value=0.0, min=-EDGE, max=EDGE, step=0.1, continuous_update=False
+        ),
     )
 
 
