@@ -77,6 +77,7 @@ def two_losses(alpha: float = 0.1, theta: float = 0.0) -> Figure:
     """Return the two losses, their optima, and one step from ``theta`` in either task."""
     figure, axes = plt.subplots(figsize=(6.4, 3.0))
     _draw_step(axes, alpha, theta)
+    axes.legend(loc="upper right", ncols=2)
     plt.close(figure)
     return figure
 
@@ -85,7 +86,9 @@ def one_step_picture(alpha: float = 0.1, theta: float = 0.0) -> Figure:
     """Return one step from ``theta`` (left) and the loss after a step from anywhere (right)."""
     real_number("alpha", alpha, 0.0, LARGEST_ALPHA)
     real_number("theta", theta, -EDGE, EDGE)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4))
+    # Margins, few ticks and no formulas as text: a layout that is computed takes as long as the picture.
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.0), layout="none")
+    figure.subplots_adjust(left=0.07, right=0.99, bottom=0.16, top=0.9, wspace=0.17)
     _draw_step(left, alpha, theta)
     _draw_rest(right, alpha)
     plt.close(figure)
@@ -103,11 +106,9 @@ def _draw_step(axes: Axes, alpha: float, theta: float) -> None:
         height = -0.9 - 0.9 * task
         look = {"arrowstyle": "->", "color": colour, "linewidth": 2.0, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", xy=(there[task], height), xytext=(theta, height), arrowprops=look)
-    axes.set(xlabel=r"parameter $\theta$", ylabel="loss before the step", ylim=(-2.5, 8.5))
-    axes.set_xlim(-EDGE - 0.1, EDGE + 0.5)
-    axes.set_yticks(range(0, 9, 2))
-    axes.set_title(rf"one step of $\alpha$ = {alpha:.3f} from $\theta$ = {theta:.1f}")
-    axes.legend(loc="upper right", ncols=2)
+    axes.set(xlabel="parameter theta", ylabel="loss before the step", ylim=(-2.5, 8.5))
+    axes.set(xlim=(-EDGE - 0.1, EDGE + 0.5), xticks=range(-1, 3), yticks=(0, 4, 8))
+    axes.set_title(f"one step of alpha = {alpha:.3f} from theta = {theta:.1f}")
 
 
 def _draw_rest(axes: Axes, alpha: float) -> None:
@@ -129,6 +130,7 @@ def _draw_rest(axes: Axes, alpha: float) -> None:
                 [], [], marker, color="black", label=f"{name} rests at {round(place, 2) + 0.0:+.2f}"
             )
     top = 2.2 * float(left_over.mean(0).max())  # room for the legend
-    axes.set(xlabel=r"meta-parameter $\theta$", ylabel="loss after the step", ylim=(-0.05, top))
+    axes.set(xlabel="meta-parameter theta", ylabel="loss after the step", ylim=(-0.05, top))
+    axes.set(xlim=(-EDGE - 0.1, EDGE + 0.1), xticks=(-1, 0, 1), yticks=range(0, int(top) + 1))
     axes.set_title("left over after the step")
     axes.legend(fontsize=8, loc="upper center")
