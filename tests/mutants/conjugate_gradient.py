@@ -105,3 +105,34 @@ def one_too_few(product, target, iterations):
 def residual_turned(product, target, iterations):
     """the residual grows"""
     return _solved(product, target, iterations, sign=1.0)
+
+
+def still_the_suspect(product, target, iterations):
+    """the first direction is lost"""
+    return _with_shared_memory(product, target, iterations, target.clone())
+
+
+def a_copy_in_the_wrong_place(product, target, iterations):
+    """the first direction is lost"""
+    residual = target.clone()
+    return _with_shared_memory(product, target.clone(), iterations, residual)
+
+
+def _with_shared_memory(product, target, iterations, residual):
+    solution, direction = torch.zeros_like(target), residual
+    squared = target @ target
+    for _ in range(iterations):
+        if squared == 0:
+            break
+        image = product(direction)
+        length = squared / (direction @ image)
+        solution += length * direction
+        residual -= length * image
+        previous, squared = squared, residual @ residual
+        direction = residual + squared / previous * direction
+    return solution
+
+
+def residual_shares_the_target(product, target, iterations):
+    """you changed `target` in place"""
+    return _with_shared_memory(product, target, iterations, target)

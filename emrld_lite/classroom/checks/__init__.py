@@ -11,7 +11,8 @@ from .notebook_04 import (
     performance_difference,
     visitation,
 )
-from .notebook_05 import conjugate_gradient, full_step, meta_gradient, supervised_meta_loss
+from .notebook_05 import meta_gradient, supervised_meta_loss
+from .notebook_05_trust_region import conjugate_gradient, full_step
 from .notebook_06 import adaptation_step, surrogate, warm_start_step
 from .notebook_07 import false_ahead_rate, interquartile_mean, late_rise
 from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
