@@ -456,7 +456,7 @@ print(
 
 # %% [markdown] tags=["reveal"]
 # - **The minimum** takes more than half. Assumption 1 asks for one $\Delta$ in every state, so the far end of the corridor sets it for all cells, though the new policy is hardly ever there.
-# - **Hölder** takes the rest, since it counts every action as if its advantage were $C_1$. Only in the cell before the goal it is.
+# - **Hölder** takes the rest, since it counts every action as if its advantage were $C_1$. That is true in the cell before the goal alone.
 # - **Absolute values** take nothing here: each policy is a mixture of a coin and of a better demonstrator, so every change goes from the worse action to the better one and all terms have one sign.
 #
 # The last two drops together, Hölder and the absolute values of the old policy, are minus group 1. Section 4 says why.
@@ -501,7 +501,7 @@ positive = {name: (sample[name] > 0).double() for name in ("bound", "improvement
 assert not above and not (sample["bound"][~better] > 1e-6).any()
 assert positive["bound"].mean() < 0.001 < positive["improvement"].mean()
 assert positive["bound"][better].mean() < 0.1
-guess.reveal("positive", f"{positive['bound'].mean():.2%} of {len(scale)}; violated in {above}")
+guess.reveal("positive", f"{positive['bound'].mean():.2%} of {len(scale):,}; violated in {above}")
 print(f"Delta is positive in {better.double().mean():.1%}, in {int(better.sum())} of them")
 print("positive in               of all   where Delta > 0")
 for name, hit in positive.items():
@@ -597,7 +597,7 @@ print(f"on the corridor: Delta {delta:.4f}, its average {sums[0]:.4f} from your 
 bounds.bound_sliders()
 
 # %%
-bounds.bound_picture(stubbornness=0.6)
+bounds.bound_picture()
 
 # %% [markdown]
 # *Figure 4. The sliders, as a still picture with a stubborn demonstrator, in return per step. Its one bad state turns Delta negative, and the minimum alone takes three times what the step gains. The two tighter bounds stand where they are reached.*
@@ -790,7 +790,8 @@ for axes, rate, mark in zip(panels[0], rates, marks, strict=True):
     axes.set(title=f"gamma = {rate:.4g}", xlabel="probability of the slip")
     axes.axhline(0, color="black", linewidth=0.6)
     axes.axvline(mark, color="#777777", linewidth=1, linestyle=(0, (1, 2)), label="chosen slip")
-panels[0, -1].legend(fontsize=8)
+    axes.set_ylabel("return per step" if axes is panels[0, 0] else "")
+panels[0, 0].legend(fontsize=8, loc="lower left")
 plt.show()
 
 # %% [markdown]
@@ -802,7 +803,7 @@ plt.show()
 swamp_widget.swamp_sliders()
 
 # %%
-swamp_widget.swamp_picture(discount=0.98, slip=0.02)
+swamp_widget.swamp_picture()
 
 # %% [markdown]
 # *Figure 8. The sliders, as a still picture: a slip of one in fifty, of which the demonstrator's states see next to nothing, and half of the time in the swamp. The theorem with the demonstrator's states promises a gain; the truth is a loss; the theorem as printed promises nothing.*
@@ -884,7 +885,7 @@ tight = figures.along(coin, ways, names, panels[0])
 way = figures.along(lambda share: corridor_step(share=share), ways, names, panels[1])
 for axes, title in zip(panels, ("one state", "corridor"), strict=True):
     axes.set(title=title, xlabel="share of the demonstrator in the new policy")
-panels[1].set_ylim(-8, 4)
+panels[1].set(ylim=(-8, 4), ylabel="")
 panels[1].legend(loc="lower left")
 plt.show()
 
@@ -996,7 +997,7 @@ above = int(((sample["repaired"] - sample["improvement"]) / scale > 1e-9).sum())
 assert not above
 print(f"the demonstrator gains {of_demo:.4f} by your lemma, the price is {price:.4f};")
 print(f"(4) promises {related.repaired:.4f}, the truth is {theorem.improvement:.4f}")
-print(f"(4) is violated in {above} of {len(scale)} random families")
+print(f"(4) is violated in {above} of {len(scale):,} random families")
 
 # %% [markdown]
 # ## 8 · From likelihood to distance (further reading)
@@ -1268,7 +1269,7 @@ guess.ask("fails", "first move to fail", ["2", "4", "6", "7", "8"])
 bounds.assumption_sliders()
 
 # %% tags=["reveal"]
-bounds.assumption_picture("distance is measured on the demonstrator's states", 1.0)
+bounds.assumption_picture()
 
 # %% [markdown] tags=["reveal"]
 # *Figure 14. The lines of the proof on the two states, when the distance is measured where the demonstrator walks: Hölder's inequality for the demonstrator fails first, and with it all that follows. How far a line holds is shown relative to its sides, on a symmetric log scale.*

@@ -40,14 +40,15 @@ def waterfall(axes: Axes, family: Family, per_step: bool = False, named: bool = 
         level -= drop
         labels.append(f"less: {DROPS[name]}")
         if named and name in REACHED:
-            labels[-1] += f"\n= {LABELS[REACHED[name]]}: {level:.{digits}f}"
+            labels[-1] += f"\n= {LABELS[REACHED[name]]}: {round(level, digits) + 0.0:.{digits}f}"
     axes.plot(
         [level, level], [len(given_away), len(given_away) + 1], color="#777777", linewidth=0.8
     )
     _bar(axes, len(given_away) + 1, 0.0, bound, TOTAL, digits)
     axes.axvline(0, color="black", linewidth=0.8)
     axes.set_yticks(range(len(labels) + 1), [*labels, LABELS["bound"]])
-    axes.set(xlim=(low - 0.06 * (high - low), high + 0.2 * (high - low)))
+    span = max(high - low, 1e-3)  # where nothing changes and nothing is lost, all bars are 0
+    axes.set(xlim=(low - 0.06 * span, high + 0.2 * span))
     axes.set(ylim=(len(labels) + 0.5, -0.6), xlabel="return per step" if per_step else "return")
 
 

@@ -39,12 +39,12 @@ def bound_sliders() -> None:
         discount=ipywidgets.FloatSlider(
             value=0.9, min=0.0, max=0.99, step=0.01, description="gamma", continuous_update=False
         ),
-        stubbornness=ipywidgets.FloatSlider(value=0.0, description="stubborn", **unit),
+        stubbornness=ipywidgets.FloatSlider(value=0.6, description="stubborn", **unit),
     )
 
 
 def bound_picture(
-    quality: float = 0.8, share: float = 0.5, discount: float = 0.9, stubbornness: float = 0.0
+    quality: float = 0.8, share: float = 0.5, discount: float = 0.9, stubbornness: float = 0.6
 ) -> Figure:
     """Return the waterfall of ``corridor_step`` with these numbers, in return per step."""
     family = corridor_step(quality, share, discount, stubbornness)
@@ -69,15 +69,18 @@ def assumption_sliders() -> None:
     ipywidgets.interact(
         show,
         claim=ipywidgets.Dropdown(
-            options=FALSE_CLAIMS, description="false:", layout={"width": "30em"}
+            options=FALSE_CLAIMS,
+            value=FALSE_CLAIMS[-1],
+            description="false:",
+            layout={"width": "30em"},
         ),
         amount=ipywidgets.FloatSlider(
-            value=0.5, min=0.0, max=1.0, step=0.05, continuous_update=False
+            value=1.0, min=0.0, max=1.0, step=0.05, continuous_update=False
         ),
     )
 
 
-def assumption_picture(claim: str, amount: float) -> Figure:
+def assumption_picture(claim: str = FALSE_CLAIMS[-1], amount: float = 1.0) -> Figure:
     """Return how far each line of the proof holds when one claim is false by ``amount``, 0 to 1."""
     family, claims = broken(claim, amount)
     lines = proof_lines(*family, claims)

@@ -23,13 +23,13 @@ def swamp_sliders() -> None:
     step = {"step": 0.01, "continuous_update": False}
     ipywidgets.interact(
         show,
-        discount=ipywidgets.FloatSlider(value=0.9, min=0.0, max=0.99, description="gamma", **step),
-        slip=ipywidgets.FloatSlider(value=0.1, min=0.0, max=0.25, **step),
+        discount=ipywidgets.FloatSlider(value=0.98, min=0.0, max=0.99, description="gamma", **step),
+        slip=ipywidgets.FloatSlider(value=0.02, min=0.0, max=0.25, **step),
         lead=ipywidgets.FloatSlider(value=0.25, min=0.0, max=0.25, description="lead x", **step),
     )
 
 
-def swamp_picture(discount: float = 0.9, slip: float = 0.1, lead: float = 0.25) -> Figure:
+def swamp_picture(discount: float = 0.98, slip: float = 0.02, lead: float = 0.25) -> Figure:
     """Return the two states under the new policy, and beside them two promises and the truth."""
     family = slippery_pair(discount, slip, lead)
     (mdp,), _, _, (new,), _ = family
