@@ -38,7 +38,7 @@ from emrld_lite.adapt import Adaptation
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.classroom.predict import Guesses
-from emrld_lite.classroom.proof_drops import DROPS, drops
+from emrld_lite.classroom.proof_drops import DROPS, MOVES, drops
 from emrld_lite.classroom.sketches.corridor import corridor
 from emrld_lite.classroom.sketches.swamp import two_states
 from emrld_lite.classroom.sketches.waterfall import waterfall
@@ -65,10 +65,11 @@ from emrld_lite.tabular import (
 )
 from emrld_lite.tabular.search import hunt
 
-# %%
 plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you
 guess = Guesses()
+
+# %%
 clock = Clock(
     {
         "environments one can solve": 15,
@@ -102,6 +103,8 @@ clock = Clock(
 # | $A^\pi(s, a)$ | advantage | $A = Q - V$, so $\sum_a \pi(a \mid s)\, A^\pi(s, a) = 0$ |
 # | $J(\pi)$ | objective | $J = \sum_s \rho(s)\, V^\pi(s)$ |
 # | $d^\pi(s)$ | visitation, a distribution | $d^\pi(s) = (1 - \gamma) \sum_{t \ge 0} \gamma^t\, \mathbb P(s_t = s)$ |
+#
+# The last row says it in words: $d^\pi(s)$ is the share of its *discounted time* that the policy spends in $s$. And a return times $1 - \gamma$ is a return **per step**, a mean over discounted time.
 #
 # A **task family** is a list of such environments, one per task $i$, with task probabilities $p(i)$. Ours is a corridor: five cells in a
 # row, the goal at the left end or at the right end. The move into the goal pays 1, and the walk starts again in the middle. The *old* policy tosses a coin, the
@@ -175,8 +178,14 @@ print("the demonstrator's d in task 0:", told(visits(mdps[0], demo[0])))
 print("TabularMDP.visitation has it  :", told(mdps[0].visitation(demo[0])))
 
 # %% [markdown]
-# **What happened.** The distribution at time $t$ is $(P_\pi^{\mathsf T})^t \rho$, and $\sum_t \gamma^t (P_\pi^{\mathsf T})^t$ is the inverse of $I - \gamma P_\pi^{\mathsf T}$. So $d$ solves
-# $(I - \gamma P_\pi)^{\mathsf T} d = (1 - \gamma)\, \rho$, the *transposed* system of $V$: values look forward, visits come from behind. From here on $d$ is your $d$.
+# <details><summary>What happened, after you have solved it</summary>
+#
+# The distribution at time $t$ is $(P_\pi^{\mathsf T})^t \rho$, and $\sum_t \gamma^t (P_\pi^{\mathsf T})^t$ is the inverse of $I - \gamma P_\pi^{\mathsf T}$. So $d$ solves
+# $(I - \gamma P_\pi)^{\mathsf T} d = (1 - \gamma)\, \rho$, the *transposed* system of $V$: values look forward, visits come from behind.
+#
+# </details>
+#
+# From here on $d$ is your $d$.
 
 # %%
 d_old, d_new, d_demo = (
@@ -329,7 +338,7 @@ show("lemma_1", gains)
 #
 # $$J(\pi_1) - J(\pi_2) = \frac{1}{1 - \gamma}\, \mathbb E_{s \sim d^{\pi_1},\, a \sim \pi_1}\big[A^{\pi_2}(s, a)\big] . \qquad\text{(1)}$$
 #
-# With the *old* states in its place it is the surrogate of policy-gradient methods, right only near the old policy. The whole theorem is about that difference.
+# With the *old* states in place of the new ones it is the surrogate that policy-gradient methods climb, right only near the old policy. The whole theorem is about that difference.
 #
 # **Move 3 (the lemma for meta-policies).** Insert the definition of $J_{\mathrm{meta}}$; pull the difference into the expectation
 # (linearity); apply the lemma in each task; write the two expectations as one:
@@ -533,7 +542,7 @@ plt.show()
 # ## 4 · Group 1 is never positive
 #
 # "Maximising the first term in group one with a constraint on its second term will ensure a higher lower bound", says the paper, and
-# that TRPO does this. How high can it get?
+# that TRPO (the meta-update, notebook 05) does this. How high can it get?
 #
 # ### Pen and paper A · The first group
 #
@@ -623,7 +632,7 @@ print(f"             second group {whole.bound_group_2:.3f}, printed {whole.boun
 # ### Bonus · A step on which nothing is lost
 #
 # *For the fast; difficulty 3 of 3, planned for 8 minutes beyond the 90.* One state, three actions that pay $1$, $0$ and $-1$; the old policy takes each with probability $\frac13$. Choose a demonstrator and a new policy, so that
-# the new policy gains at least $0.2$ a step and the bound *as printed* is exact.
+# the new policy gains at least $0.2$ per step and the bound *as printed* is exact.
 #
 # <details><summary>Hint 1: which inequalities are left?</summary>
 # With one state the minimum is the average. Absolute values lose nothing while every change goes from worse to better, and the new policy no further than the demonstrator.
@@ -699,7 +708,7 @@ guess.ask("swamp", "share of its time that the new policy spends in the swamp, %
 # %% [markdown]
 # ### Pen and paper B · The promise and the truth
 #
-# *Difficulty 3 of 3, planned for 8 minutes.* With letters $\gamma$, $\varepsilon$, $x$ in place of numbers, and everything *per step*, that is, times $1 - \gamma$. The full solution of each part is folded; use it when stuck, and go on with the next.
+# *Difficulty 3 of 3, planned for 8 minutes.* With letters $\gamma$, $\varepsilon$, $x$ in place of numbers, and everything per step. The full solution of each part is folded; use it when stuck, and go on with the next.
 #
 # 1. What are the old policy's values, and so the advantages, $C_1$ and $\Delta$? Does Assumption 1 hold?
 # 2. Replace the new policy's states by the demonstrator's, in group 2 as the paper does. What does the theorem now promise?
@@ -750,7 +759,7 @@ print(f"By the formulas of pen and paper: {told(by_hand, 4)} (share, truth, prom
 # %% [markdown]
 # ### Exercise 4 · How wrong can it be?
 #
-# *Difficulty 3 of 3, planned for 6 minutes.* With $x = 0.25$, choose $\gamma$ and $\varepsilon$ so that the substituted theorem promises at least $0.1$ a step, and the truth is $-0.4$ a step or less.
+# *Difficulty 3 of 3, planned for 6 minutes.* With $x = 0.25$, choose $\gamma$ and $\varepsilon$ so that the substituted theorem promises at least $0.1$ per step, and the truth is $-0.4$ per step or less.
 #
 # <details><summary>Hint 1: the promise</summary>
 # It does not depend on γ, and bounds the slip from above.
@@ -775,7 +784,7 @@ if check.break_the_substitution(break_the_substitution):
     yours = [float(part) for part in break_the_substitution()]
     told_by = swamp_widget.per_step(*yours, x)
     print(
-        f"promised {told_by['substituted']:+.4f} a step, true {told_by['improvement']:+.4f} a step"
+        f"promised {told_by['substituted']:+.4f} per step, true {told_by['improvement']:+.4f} per step"
     )
     rates.append(yours[0])
     marks.append(yours[1])
@@ -797,7 +806,7 @@ plt.show()
 # %% [markdown]
 # *Figure 7. Per step, against the probability of the slip: the truth (thick), the theorem as printed (dashed, always below it) and the theorem with the demonstrator's states (dotted). Left, the slip of Figure 6; right, once Exercise 4 is solved, your discount and your slip.*
 #
-# With $\gamma \to 1$, $\varepsilon \to 0$ slowly and $x \to \frac12$ the promise goes to $+C_1$ a step, the truth to $-C_1$: the substituted bound can be as wrong as a bound can be. Move the three numbers yourself:
+# With $\gamma \to 1$, $\varepsilon \to 0$ slowly and $x \to \frac12$ the promise goes to $+C_1$ per step, the truth to $-C_1$: the substituted bound can be as wrong as a bound can be. Move the three numbers yourself:
 
 # %% tags=["widget-swamp", "nbval-ignore-output"]
 swamp_widget.swamp_sliders()
@@ -811,7 +820,7 @@ swamp_widget.swamp_picture()
 # %%
 still = swamp_widget.per_step(0.98, 0.02, 0.25)
 assert still["substituted"] > 0.4 and still["bound"] < still["improvement"] < -0.2
-print(f"promised {still['substituted']:+.2f} a step, true {still['improvement']:+.2f} a step")
+print(f"promised {still['substituted']:+.2f} per step, true {still['improvement']:+.2f} per step")
 
 # %% [markdown]
 # ### What the theorem does not cover
@@ -900,7 +909,7 @@ assert ahead[1] and not ahead[-1]
 assert np.isclose(way["bound_average_delta"][-1], way["improvement"][-1])
 best_of_both = np.maximum(way["trust_region"], way["bound_average_delta"])
 assert (best_of_both <= way["improvement"] + 1e-9).all()
-guess.reveal("ahead", f"near the old policy, up to a share of {ways[ahead].max():.2f}")
+guess.reveal("ahead", f"ahead up to a share of {ways[ahead].max():.2f}, behind from there on")
 for name in names:
     print(f"at the demonstrator of the corridor: {figures.LABELS[name]:22}{way[name][-1]:+7.2f}")
 assert way["bound"][-1] < 0 < way["bound_group_2"][-1]
@@ -930,8 +939,8 @@ for states in (2, 3):
     gap = (1 - small[0][0].discount) * (parts["substituted_group_2"] - parts["improvement"])
     found = int((gap > 0.01).sum())
     assert found > 5
-    print(f"{states} states: broken by more than 0.01 a step in {found} of 20,000 families,")
-    print(f"          by up to {gap.max():.2f} a step")
+    print(f"{states} states: broken by more than 0.01 per step in {found} of 20,000 families,")
+    print(f"          by up to {gap.max():.2f} per step")
 
 # %% [markdown]
 # For the theorem **as printed**, with its negative first group, random search finds next to nothing. Climbing does better: start
@@ -948,7 +957,7 @@ assert worst["substituted"] > 0.5
 for name, found in climbed.items():
     broken_by = found.violation
     print(f"{name:20} broken in {int((broken_by > 0).sum())} of 32 climbs; ", end="")
-    print(f"bound less truth at most {float(broken_by.max()):+.3f} C1 a step")
+    print(f"bound less truth at most {float(broken_by.max()):+.3f} C1 per step")
 
 # %% [markdown]
 # What the climbs had built, with the superfluous taken away, was the path and the swamp.
@@ -1118,13 +1127,15 @@ for name, (w_rl, w_bc, noise) in settings.items():
     problem = ExactMetaRL(grid, torch.full((8,), 1 / 8), seen, rule)
     runs[name] = list(exact_meta_train(problem, meta_lr=10.0, iterations=60))
 
-# %% tags=["reveal"]
+# %%
 looks = {
     "EMRLD": plotting.LOOKS["emrld"],
     "cloning only": {"color": "#777777", "linestyle": "-.", "marker": "v"},
     "MAML": plotting.LOOKS["maml"],
     "EMRLD, poor demonstrator": {**plotting.LOOKS["emrld"], "linestyle": ":", "marker": "x"},
 }
+
+# %% tags=["reveal"]
 figure, panels = plt.subplots(1, 3, figsize=(12, 3.5))
 terms = {
     "J_meta (return)": lambda it: it.objective,
@@ -1152,15 +1163,17 @@ assert runs["EMRLD"][0].objective > 3 * runs["MAML"][0].objective
 assert final["EMRLD"] > final["MAML"] > 5 * runs["MAML"][0].objective
 for name in ("EMRLD", "EMRLD, poor demonstrator"):
     deltas = [float(it.theorem.delta) for it in runs[name]]
-    print(f"{name}: Delta {deltas[0]:+.4f} to {deltas[-1]:+.4f}")
+    print(f"{name:24} return {runs[name][0].objective:.2f} to {final[name]:.2f}, ", end="")
+    print(f"Delta {deltas[0]:+.4f} to {deltas[-1]:+.4f}")
     assert deltas[0] > 0 > deltas[-1]
 passed = next(it.iteration for it in poor if it.objective > it.demonstrator)
 turned = next(it.iteration for it in poor if it.theorem.average_delta < 0)
 assert 0 < turned < passed and final["EMRLD, poor demonstrator"] > 1.3 * poor[0].demonstrator
-for name, (first, *_, last) in runs.items():
-    print(f"{name:25} return {first.objective:5.2f} to {last.objective:5.2f}")
-guess.reveal("maml", f"slowly, to {final['MAML']:.2f}, where EMRLD gets to {final['EMRLD']:.2f}")
-guess.reveal("turned", f"before: in iteration {turned}, it is overtaken in iteration {passed}")
+guess.reveal(
+    "maml",
+    f"from {runs['MAML'][0].objective:.2f} to {final['MAML']:.2f}; EMRLD {final['EMRLD']:.2f}",
+)
+guess.reveal("turned", f"negative in iteration {turned}, overtaken in iteration {passed}")
 print(
     f"return of the optimal demonstrator {demonstrated[0]:.2f}, of the poor {demonstrated[1]:.2f}"
 )
@@ -1275,13 +1288,14 @@ bounds.assumption_picture()
 # *Figure 14. The lines of the proof on the two states, when the distance is measured where the demonstrator walks: Hölder's inequality for the demonstrator fails first, and with it all that follows. How far a line holds is shown relative to its sides, on a symmetric log scale.*
 
 # %% tags=["reveal", "which-move-fails"]
-expected = ["a_assumption", "b_demo", "lemma_1", "b_demo"]
-for claim, first in zip(bounds.FALSE_CLAIMS[1:], expected, strict=True):
+first = []
+for claim in bounds.FALSE_CLAIMS[1:]:
     broken_family, claims = bounds.broken(claim, 0.5)
     fallen = [line.name for line in proof_lines(*broken_family, claims) if not line.holds()]
-    assert fallen[0] == first
+    first.append(fallen[0])
     print(f"{claim}: {len(fallen)} lines fall, first {fallen[0]}")
-guess.reveal("fails", "7, Hölder's inequality for the demonstrator")
+assert first == ["a_assumption", "b_demo", "lemma_1", "b_demo"]
+guess.reveal("fails", f"move {MOVES[first[-1]]}")
 
 # %% [markdown] tags=["reveal"]
 # | false claim | first move to fail | what to notice |

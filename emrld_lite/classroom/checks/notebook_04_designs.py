@@ -40,15 +40,15 @@ def break_the_substitution(student: Student) -> None:
         raise Wrong(f"the slip must lie in [0, {0.5 - LEAD:g}], yours is {slip:g}.")
     promised, true = _promised_and_true(discount, slip)
     if promised < PROMISED:
-        raise Wrong(f"the bound promises only {promised:.3f} a step: the slip is too large.")
+        raise Wrong(f"the bound promises only {promised:.3f} per step: the slip is too large.")
     if true > LOST and _promised_and_true(0.9999, slip)[1] > LOST:
         raise Wrong(
-            f"the truth is {true:.3f} a step, above {LOST}, and with a slip of {slip:g} no discount "
+            f"the truth is {true:.3f} per step, above {LOST}, and with a slip of {slip:g} no discount "
             "makes it worse: how does the new policy get into the swamp?"
         )
     if true > LOST:
         raise Wrong(
-            f"the bound promises {promised:.3f} a step, but the truth is {true:.3f}, above {LOST}: "
+            f"the bound promises {promised:.3f} per step, but the truth is {true:.3f}, above {LOST}: "
             "keep the swamp visited for longer, with a larger discount."
         )
 
@@ -72,14 +72,14 @@ def tight_step(student: Student) -> None:
     gain = share * float(theorem_1(*family).improvement)
     if gain < GAIN - 1e-6:
         raise Wrong(
-            f"the new policy gains {gain:.3f} a step, {GAIN} are asked for: move more probability "
+            f"the new policy gains {gain:.3f} per step, {GAIN} are asked for: move more probability "
             "from the worst action to the best one."
         )
     lost = {name: float(drop) for name, drop in drops(lines).items()}
     worst = max(lost, key=lambda name: lost[name])
     if sum(lost.values()) > SLACK:
         raise Wrong(
-            f"the bound lies {sum(lost.values()):.3f} a step below the truth: {TOO_LOOSE[worst]}"
+            f"the bound lies {sum(lost.values()):.3f} per step below the truth: {TOO_LOOSE[worst]}"
         )
 
 
