@@ -474,8 +474,8 @@ print(
 # ### Ten thousand families
 #
 # One family may be bad luck. Random ones have two to eight states, up to six tasks, discounts up to 0.999, sparse and dense rewards,
-# policies from uniform to nearly deterministic. Functions that solve one environment at a time, as yours do, would take long for so many, so the package solves them in batches. On three of
-# them, both:
+# policies from uniform to nearly deterministic. Functions that solve one environment at a time, as yours do, would take long for so many, so the package solves them in batches. On three
+# small families, both:
 
 # %%
 three = random_family(torch.Generator().manual_seed(1), 3, 2, 4, 3, discounts=[0.9])
