@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 
 import numpy as np
 import torch
 
-from .draw import D, Draw, Question, Questions
+from .draw import Draw, Question, Questions
 
 
 def _policies(draw: Draw) -> Question:
@@ -32,17 +31,11 @@ def _assumption(draw: Draw) -> Question:
     return draw.normal(*shape) + draw.between(-1, 1), draw.table(*shape)
 
 
-def _pinsker(draw: Draw) -> Question:
-    entropy = draw.between(-1, 3)
-    return torch.tensor(entropy + draw.between(0.1, 4), dtype=D), torch.tensor(entropy, dtype=D)
-
-
-MANY_ANSWERS = ("break_the_substitution",)
+MANY_ANSWERS = ("break_the_substitution", "tight_step")
 QUESTIONS: Questions = {
     "visitation": _world,
     "performance_difference": _policies,
     "assumption_numbers": _assumption,
-    "likelihood_distance": _pinsker,
 }
 
 
@@ -80,14 +73,6 @@ def assumption_numbers__array(advantage, demo):
     return np.array(assumption_numbers__floats(advantage, demo), dtype=np.float32)
 
 
-def likelihood_distance__plain(cloning_loss, entropy):
-    return math.sqrt((cloning_loss - entropy) / 2)
-
-
-def likelihood_distance__numpy(cloning_loss, entropy):
-    return np.float32(np.sqrt(0.5 * (float(cloning_loss) - float(entropy))))
-
-
 def break_the_substitution__list():
     return [np.float32(0.995), np.float64(0.04)]
 
@@ -98,3 +83,17 @@ def break_the_substitution__fractions():
 
 def break_the_substitution__tensors():
     return torch.tensor(0.99), torch.tensor([0.05])
+
+
+def tight_step__arrays():
+    return np.array([0.6667, 0.3333, 0.0], dtype=np.float32), np.array([0.5, 0.3333, 0.1667])
+
+
+def tight_step__the_demonstrator_itself():
+    demo = torch.tensor([7 / 12, 1 / 3, 1 / 12])
+    return [demo, demo.tolist()]
+
+
+def tight_step__fractions():
+    third = Fraction(1, 3)
+    return (Fraction(1, 2), third, Fraction(1, 6)), (Fraction(9, 20), third, Fraction(13, 60))

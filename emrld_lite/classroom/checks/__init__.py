@@ -4,13 +4,8 @@ from .grades import require
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
 from .notebook_02 import episodes_needed, loitering_gain, point_step, wheeled_step
 from .notebook_03 import nearest_distance, steps_before_reward, with_task
-from .notebook_04 import (
-    assumption_numbers,
-    break_the_substitution,
-    likelihood_distance,
-    performance_difference,
-    visitation,
-)
+from .notebook_04 import assumption_numbers, performance_difference, visitation
+from .notebook_04_designs import break_the_substitution, tight_step
 from .notebook_05 import meta_gradient, supervised_meta_loss
 from .notebook_05_trust_region import conjugate_gradient, full_step
 from .notebook_06 import adaptation_step, surrogate, warm_start_step
@@ -32,7 +27,6 @@ __all__ = [
     "full_step",
     "interquartile_mean",
     "late_rise",
-    "likelihood_distance",
     "log_density",
     "loitering_gain",
     "meta_gradient",
@@ -46,6 +40,7 @@ __all__ = [
     "steps_before_reward",
     "supervised_meta_loss",
     "surrogate",
+    "tight_step",
     "visitation",
     "warm_start_step",
     "wheeled_step",

@@ -1,15 +1,13 @@
-"""Checks of notebook 04: Theorem 1. In double precision, as the notebook's own tables are."""
+"""Checks of notebook 04: the terms of Theorem 1. In double precision, as the notebook's tables are."""
 
 from __future__ import annotations
 
 import torch
 
-from ...tabular import related_bounds, slippery_pair, theorem_1
-from .answers import Student, Wrong, answered
+from .answers import Student, answered
 from .calls import ask
-from .values import as_number, as_parts, as_tensor, draws, judge
+from .values import as_parts, as_tensor, draws, judge
 
-LEAD = 0.25  # of the demonstrator in the last exercise
 # (states, actions, discount)
 WORLDS = ((4, 3, 0.8), (3, 2, 0.95), (5, 4, 0.6), (2, 2, 0.9))
 
@@ -164,58 +162,3 @@ def _judge_assumption(
     judge(c1, advantage.abs().max(), for_c1, hint)
     hint = "Delta differs: the minimum over tasks and states of sum_a dem(a|s) A(s, a)."
     judge(delta, gains.min(), for_delta, hint)
-
-
-@answered
-def likelihood_distance(student: Student) -> None:
-    """Check Pinsker: f(cloning_loss, entropy) -> the largest mean total variation they allow."""
-    for numbers in ((1.7, 0.2), (3.1, 2.6), (0.4, -0.3), (9.0, 1.0)):
-        loss, entropy = (torch.tensor(number, dtype=torch.float64) for number in numbers)
-        value = as_tensor(ask(student, loss, entropy).answer, (), "a single number")
-        excess = loss - entropy
-        mistakes = {
-            "the divergence is the loss minus the demonstrator's entropy.": torch.sqrt(loss / 2),
-            "the half is missing: D_TV <= sqrt(KL / 2).": torch.sqrt(excess),
-            "the square root is missing: D_TV <= sqrt(KL / 2).": excess / 2,
-            "the square root takes in the half, too: sqrt(KL / 2).": torch.sqrt(excess) / 2,
-            "the divergence is halved, not doubled.": torch.sqrt(2 * excess),
-            "the sign of the entropy is turned: KL = loss - entropy.": (
-                torch.sqrt((loss + entropy).clamp(min=0) / 2)
-            ),
-            "only the loss is under the half: KL = loss - entropy comes first.": (
-                torch.sqrt((loss - entropy / 2).clamp(min=0))
-            ),
-        }
-        hint = "the numbers differ. KL = loss - entropy, then Pinsker's inequality."
-        judge(value, torch.sqrt(excess / 2), mistakes, hint)
-
-
-@answered
-def break_the_substitution(student: Student) -> None:
-    """Check the counterexample: f() -> (discount, slip) with a promise of 0.1 and a loss of 0.4."""
-    got = as_parts(student(), 2, "two numbers, discount and slip")
-    discount, slip = (as_number(part, "two plain numbers, discount and slip") for part in got)
-    if not 0 <= discount < 1:
-        raise Wrong(f"the discount must lie in [0, 1), yours is {discount:g}.")
-    if not 0 <= slip <= 0.5 - LEAD:
-        raise Wrong(f"the slip must lie in [0, {0.5 - LEAD:g}], yours is {slip:g}.")
-    promised, true = _promised_and_true(discount, slip)
-    if promised < 0.1:
-        raise Wrong(f"the bound promises only {promised:.3f} a step: the slip is too large.")
-    if true > -0.4 and _promised_and_true(0.9999, slip)[1] > -0.4:
-        raise Wrong(
-            f"the truth is {true:.3f} a step, above -0.4, and with a slip of {slip:g} no discount "
-            "makes it worse: how does the new policy get into the swamp?"
-        )
-    if true > -0.4:
-        raise Wrong(
-            f"the bound promises {promised:.3f} a step, but the truth is {true:.3f}, above -0.4: "
-            "keep the swamp visited for longer, with a larger discount."
-        )
-
-
-def _promised_and_true(discount: float, slip: float) -> tuple[float, float]:
-    """Return what the substituted bound promises per step, and the true improvement per step."""
-    family = slippery_pair(discount, slip, LEAD)
-    promised = (1 - discount) * float(related_bounds(*family).substituted)
-    return promised, (1 - discount) * float(theorem_1(*family).improvement)

@@ -1,4 +1,4 @@
-"""Sliders on Theorem 1: one moves the family and shows the bounds, one breaks what the proof needs."""
+"""Sliders on Theorem 1: one moves the family and shows its waterfall, one breaks what the proof needs."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from matplotlib.figure import Figure
 
 from ...tabular import Claims, corridor_step, proof_lines, slippery_pair, theorem_1
 from ...tabular.families import Family
-from ...tabular.figures import bound_bars, slacks
+from ...tabular.figures import slacks
 from ...validation import check_choice
+from ..proof_drops import MOVES
+from ..sketches.waterfall import waterfall
 
 FALSE_CLAIMS = (
     "nothing",
@@ -20,10 +22,11 @@ FALSE_CLAIMS = (
     "the critic is wrong at the start",
     "distance is measured on the demonstrator's states",
 )
+FAST = {"layout": "none"}  # a picture that follows a slider has its margins set by hand
 
 
 def bound_sliders() -> None:
-    """Show sliders for the corridor family and the bars of improvement, groups and bounds."""
+    """Show sliders for the corridor family and the waterfall from its improvement to the bound."""
 
     def show(quality: float, share: float, discount: float, stubbornness: float) -> None:
         display(bound_picture(quality, share, discount, stubbornness))
@@ -36,17 +39,18 @@ def bound_sliders() -> None:
         discount=ipywidgets.FloatSlider(
             value=0.9, min=0.0, max=0.99, step=0.01, description="gamma", continuous_update=False
         ),
-        stubbornness=ipywidgets.FloatSlider(value=0.0, description="stubborn", **unit),
+        stubbornness=ipywidgets.FloatSlider(value=0.6, description="stubborn", **unit),
     )
 
 
 def bound_picture(
-    quality: float = 0.8, share: float = 0.5, discount: float = 0.9, stubbornness: float = 0.0
+    quality: float = 0.8, share: float = 0.5, discount: float = 0.9, stubbornness: float = 0.6
 ) -> Figure:
-    """Return the bars of ``corridor_step`` with these numbers."""
+    """Return the waterfall of ``corridor_step`` with these numbers, in return per step."""
     family = corridor_step(quality, share, discount, stubbornness)
-    figure, axes = plt.subplots(figsize=(8.4, 3.6))
-    bound_bars(family, axes)
+    figure, axes = plt.subplots(figsize=(8.4, 3.6), **FAST)
+    figure.subplots_adjust(left=0.33, bottom=0.14)
+    waterfall(axes, family, per_step=True, named=True)
     theorem = theorem_1(*family)
     axes.set_title(
         f"Delta = {float(theorem.delta):.3f} at the worst state, "
@@ -65,22 +69,31 @@ def assumption_sliders() -> None:
     ipywidgets.interact(
         show,
         claim=ipywidgets.Dropdown(
-            options=FALSE_CLAIMS, description="false:", layout={"width": "30em"}
+            options=FALSE_CLAIMS,
+            value=FALSE_CLAIMS[-1],
+            description="false:",
+            layout={"width": "30em"},
         ),
         amount=ipywidgets.FloatSlider(
-            value=0.5, min=0.0, max=1.0, step=0.05, continuous_update=False
+            value=1.0, min=0.0, max=1.0, step=0.05, continuous_update=False
         ),
     )
 
 
-def assumption_picture(claim: str, amount: float) -> Figure:
+def assumption_picture(claim: str = FALSE_CLAIMS[-1], amount: float = 1.0) -> Figure:
     """Return how far each line of the proof holds when one claim is false by ``amount``, 0 to 1."""
     family, claims = broken(claim, amount)
     lines = proof_lines(*family, claims)
     fallen = [line for line in lines if not line.holds()]
-    figure, axes = plt.subplots(figsize=(7.6, 4.6))
-    slacks(lines, axes)
-    first = f"first to fail: {fallen[0].name}\n({fallen[0].rule})" if fallen else "every move holds"
+    figure, axes = plt.subplots(figsize=(7.6, 4.6), **FAST)
+    figure.subplots_adjust(left=0.3)
+    slacks([line._replace(name=MOVES[line.name]) for line in lines], axes)
+    axes.minorticks_off()
+    first = (
+        f"first to fail: {MOVES[fallen[0].name]}\n({fallen[0].rule})"
+        if fallen
+        else "every move holds"
+    )
     axes.set_title(first, fontsize=10)
     plt.close(figure)
     return figure
