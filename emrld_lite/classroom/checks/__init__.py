@@ -1,7 +1,8 @@
 """Checks of the exercises, one module per notebook: ``check.<exercise>(student_function)``."""
 
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
-from .notebook_02 import episodes_needed, loitering_gain, point_step, wheeled_step
+from .notebook_02 import episodes_needed, loitering_gain, point_step
+from .notebook_02_experiments import agreement, steer
 from .notebook_03 import nearest_distance, steps_before_reward, with_task
 from .notebook_04 import (
     assumption_numbers,
@@ -20,6 +21,7 @@ __all__ = [
     "adaptation_step",
     "advantages",
     "agree",
+    "agreement",
     "assumption_numbers",
     "averaged_log_density",
     "break_the_substitution",
@@ -40,11 +42,11 @@ __all__ = [
     "point_step",
     "reinforce_loss",
     "seed_differences",
+    "steer",
     "steps_before_reward",
     "supervised_meta_loss",
     "surrogate",
     "visitation",
     "warm_start_step",
-    "wheeled_step",
     "with_task",
 ]
