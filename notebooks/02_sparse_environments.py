@@ -35,6 +35,7 @@ import gymnasium
 import matplotlib.pyplot as plt
 import numpy as np
 import torch
+from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from emrld_lite import losses, policy
 from emrld_lite.advantage import Score, discounted_returns, linear_baseline
@@ -148,32 +149,34 @@ def painted(goal, x, y):
 
 
 goal = goals[4]
-x, y = torch.arange(-2.2, 2.2, 0.05), torch.arange(0.0, 2.4, 0.05)
-near_x, near_y = (goal[axis] + torch.linspace(-0.3, 0.3, 61) for axis in (0, 1))
+x, y = torch.arange(-2.2, 2.2, 0.04), torch.arange(-0.2, 2.4, 0.04)
+near_x, near_y = (goal[axis] + torch.linspace(-0.25, 0.25, 75) for axis in (0, 1))
 landscape, near = painted(goal, x, y), painted(goal, near_x, near_y)
-cut = painted(goal, near_x, goal[1:])[0]
-inside = x**2 + y[:, None] ** 2 <= 4  # the half disc
+line = goal[0] + torch.linspace(-0.3, 0.3, 301)
+cut = painted(goal, line, goal[1:])[0]
+inside = (x**2 + y[:, None] ** 2 <= 4) & (y[:, None] >= 0)  # the half disc
 share = float((landscape[inside] > 0).double().mean())
 
 # %%
 figure, panels = plt.subplots(1, 3, figsize=(12, 3.3), width_ratios=(1.5, 1, 1.1))
-levels, shades = [-0.01, 0.001, 0.9, 1.1, 100], ("#FFFFFF", "#F8D9A0", "#E69F00", "#7A5C00")
+shades = ListedColormap(["#FFFFFF", "#F8D9A0", "#E69F00", "#7A5C00"])
+levels = BoundaryNorm([-0.01, 0.001, 0.9, 1.1, 100], 4)
 for axes, across, up, rewards in ((panels[0], x, y, landscape), (panels[1], near_x, near_y, near)):
-    axes.contourf(across, up, rewards, levels=levels, colors=shades)
+    axes.pcolormesh(across, up, rewards, cmap=shades, norm=levels)
     axes.set(xlabel="x (length units)", ylabel="y (length units)", aspect="equal")
 arc = np.linspace(0, np.pi, 100)
 panels[0].plot(2 * np.cos(arc), 2 * np.sin(arc), color="grey", linewidth=0.8)
 panels[0].plot(0, 0, marker="x", color="black", markersize=7)
 panels[0].set_title("the plane")
 panels[1].set_title("around the goal")
-panels[2].plot(near_x - goal[0], cut, color="#7A5C00")
+panels[2].plot(line - goal[0], cut, color="#7A5C00")
 panels[2].set(yscale="symlog", xlabel="x from the goal (length units)", ylabel="reward at t = 0")
 panels[2].set_yticks([0, 1, 10, 100], ["0", "1", "10", "100"])
 panels[2].set_title("a cut through the goal")
 plt.show()
 
 # %% [markdown]
-# *Figure 1. The reward of standing still, painted by one call of your step per place, for one goal: white pays nothing, light one minus the distance, dark the remaining steps. The cross is the start, the arc holds all goals. Right: the same along a line through the goal, logarithmic above 1.*
+# *Figure 1. The reward of standing still, painted by one call of your step per place, for one goal: white pays nothing, the two light rings one minus the distance (the inner one more than 0.9), dark the remaining steps. The cross is the start, the arc holds all goals. Right: the same along a line through the goal, logarithmic above 1.*
 
 # %% tags=["reveal", "tolerance:abs=0.1"]
 assert 0.007 < share < 0.013
@@ -218,7 +221,7 @@ for places, _ in walks[:12]:
     plane.plot(places[:, 0], places[:, 1], linewidth=0.9)
 away.plot(far.T, color="#BBBBBB", linewidth=0.6)
 away.plot(far.square().mean(0).sqrt(), color="#0072B2", label="root mean square")
-away.axhline(1.8, color="#E69F00", linestyle="--", label="here pay begins, straight ahead")
+away.axhline(1.8, color="#E69F00", linestyle="--", label="the nearest place that pays")
 away.set(xlabel="steps taken", ylabel="distance from the start (length units)")
 away.legend(loc="upper left")
 plt.show()
@@ -312,7 +315,7 @@ for discount, (line, marker, colour) in looks.items():
     if checked:
         axes.plot(times, formula[discount], line, color=colour, linewidth=1)
 axes.axhline(0, color="black", linewidth=0.8)
-axes.set(yscale="symlog", xlabel="step t", ylabel="loitering less finishing")
+axes.set(yscale="symlog", xlabel="step t", ylabel="loitering less finishing", ylim=(-110, 2))
 axes.set_yticks([-100, -10, -1, 0, 1], ["-100", "-10", "-1", "0", "1"])
 axes.legend(loc="lower right")
 plt.show()
@@ -391,28 +394,26 @@ plt.show()
 # And this is what each of them pays on the straight way from the start:
 
 # %% tags=["reward-shapes"]
-ahead = torch.linspace(0, 3, 1501)
-heading = torch.tensor([2.0, 1.0, 0.0]) / math.sqrt(5)  # to the drift's goal
-shapes = {
-    "point2d": point2d.sparse_reward((ahead - 2).abs(), 0),
-    "two_wheeled": two_wheeled.sparse_reward(
-        ahead[:, None] * torch.tensor([1.0, 0, 0]), torch.tensor([[2.0, 0]]), 0, 0.2
-    )[0],
-    "half_cheetah": half_cheetah.run_reward(ahead, ahead + 0.05, 1, 0, 0.05) * (ahead + 0.05 > 2),
-    "two_wheeled_drift": two_wheeled.sparse_reward(
-        ahead[:, None] * heading, torch.tensor([[2.0, 1]]), 0, 0.1
-    )[0],
-}
+place = torch.linspace(0, 3, 1501)  # after the step
+along = torch.tensor([[1.0, 0, 0], [2 / math.sqrt(5), 1 / math.sqrt(5), 0]])  # to either goal
+ends, boxes = torch.tensor([[2.0, 0], [2, 1]]), (0.2, 0.1)
+robots = [
+    two_wheeled.sparse_reward(place[:, None] * way, end, 0, box)[0]
+    for way, end, box in zip(along, ends, boxes, strict=True)
+]
+run = half_cheetah.run_reward(place - 0.05, place, 1, 0, 0.05) * (place > 2)  # at 1 m/s
+shapes = (point2d.sparse_reward((place - 2).abs(), 0), robots[0], run, robots[1])
 figure, panels = plt.subplots(1, 4, figsize=(12, 2.7), sharey=True)
-for axes, (name, rewards) in zip(panels, shapes.items(), strict=True):
-    axes.fill_between(ahead, rewards, color="#F8D9A0", hatch="//", edgecolor="#E69F00")
-    axes.set(title=name, yscale="symlog", xlabel="distance from the start", ylim=(0, 150))
+for axes, name, rewards in zip(panels, FAMILIES, shapes, strict=True):
+    axes.fill_between(place, rewards, facecolor="#F8D9A0", edgecolor="#C27C00")
+    unit = "m" if name == "half_cheetah" else "length units"
+    axes.set(title=name, yscale="symlog", xlabel=f"from the start ({unit})", ylim=(0, 150))
 panels[0].set_yticks([0, 1, 10, 100], ["0", "1", "10", "100"])
 panels[0].set_ylabel("reward at t = 0")
 plt.show()
 
 # %% [markdown]
-# *Figure 5. The reward along the straight way from the start (length units; metres for the cheetah, which runs forward at 1 m/s without effort), logarithmic above 1. Three peaks behind a plain, and one plain that ends.*
+# *Figure 5. The reward of a step that ends so far along the straight way from the start to the goal, logarithmic above 1; the cheetah is sent forward and runs at 1 m/s without effort. Three peaks behind a plain, and one plain that ends in a step.*
 #
 # ### Exercise 3 · Drive
 #
@@ -485,15 +486,16 @@ if can_drive:
     drift.draw_tasks(panels[1], drifts)
     panels[1].set(xlim=(-0.6, 2.6), ylim=(-0.6, 1.8))
     for task, way in enumerate(drifting.unbind(1)):
+        look = {"color": plt.cm.viridis(task / 8), "linestyle": "--" if drifts[task] < 0 else "-"}
         label = f"{float(drifts[task]):+.1f} rad/s" if task % 4 == 0 else None
-        panels[1].plot(way[:, 0], way[:, 1], color=plt.cm.viridis(task / 8), label=label)
+        panels[1].plot(way[:, 0], way[:, 1], label=label, **look)
     panels[1].legend(loc="upper left")
     for axes, title in zip(panels, ("two_wheeled", "two_wheeled_drift"), strict=True):
         axes.set_title(title)
     plt.show()
 
 # %% [markdown]
-# *Figure 6. Your driver's ways: to the 24 goals of TwoWheeled (left), and to the goal that nine robots with different residual angular velocities share (right; the colours go from the most negative drift, dark, to the most positive, light). Discs pay.*
+# *Figure 6. Your driver's ways: to the 24 goals of TwoWheeled (left), and to the goal that nine robots with different residual angular velocities share (right; from the most negative drift, dark, to the most positive, light; dashed where the drift turns to the right). Discs pay.*
 
 # %% tags=["reveal", "tolerance:abs=0.3"]
 if can_drive:
@@ -503,7 +505,7 @@ if can_drive:
 
 # %% [markdown] tags=["reveal"]
 # A driver that looks at its heading in every step corrects what it did not know, so it arrives under a drift, too, on a way that is bent: each step the robot is turned by up to 0.4 rad before the driver can answer. (One that drives only while it points at
-# the goal to within less than 0.4 rad stands still for ever under the largest drifts. If yours does, you know why.)
+# the goal to within less than 0.4 rad may turn on the spot for ever under the largest drifts. If yours does, you know why.)
 #
 # So the tasks are easy, for somebody who knows the goal. A learner is told neither the goal nor the drift; all it has is the rewards that it happens to meet.
 
@@ -545,6 +547,7 @@ for place, name in enumerate(rates):
     axes.plot(100 * rates[name], place, marker="o", color="#D55E00", linestyle="none")
 axes.set_yticks(range(len(rates)), rates)
 axes.set(xscale="log", xlabel="episodes with any reward (%)", ylim=(3.5, -0.5))
+axes.set_xticks([0.03, 0.1, 0.3, 1, 3, 10, 30], ["0.03", "0.1", "0.3", "1", "3", "10", "30"])
 plt.show()
 
 # %% [markdown]
@@ -601,19 +604,24 @@ def episodes_needed(rate, confidence):
     ### END SOLUTION
 
 
+# %%
+checked = check.episodes_needed(episodes_needed)
+
 # %% [markdown]
 # A meta-iteration collects 20 episodes per task (Table 1). *Predict first:* how many iterations does a task of Point2D wait until it has seen its first reward with a probability of 95 %?
 
 # %%
 guess.ask("wait", "iterations of 20 episodes, Point2D")
 
-# %% tags=["waiting", "tolerance:rel=0.6", "tolerance:whole=9000", "statistical"]
-checked = check.episodes_needed(episodes_needed)
+# %% tags=["reveal", "waiting", "tolerance:rel=0.6", "statistical"]
+batch = 20  # episodes per task and iteration, Table 1
 if checked:
     waits = {name: int(episodes_needed(rates[name], 0.95)) for name in FAMILIES}
+    assert waits["point2d"] > 40 * batch and waits["two_wheeled"] > 5 * batch
+    guess.reveal("wait", f"{waits['point2d'] / batch:.1f} iterations, at the rate seen here.")
     for name, (low, high) in intervals.items():
-        ends = int(episodes_needed(high, 0.95)), int(episodes_needed(low, 0.95))
-        print(f"{name:18}{waits[name]:6} episodes, between {ends[0]} and {ends[1]}")
+        ends = [int(episodes_needed(rate, 0.95)) / batch for rate in (high, low)]
+        print(f"{name:18}{waits[name] / batch:6.1f}, between {ends[0]:.1f} and {ends[1]:.1f}")
 
 # %% tags=["waiting-curves"]
 episodes = np.geomspace(1, 20000, 200)
@@ -623,24 +631,17 @@ for name, line in zip(FAMILIES, ("-", "--", "-.", ":"), strict=True):
     if checked:
         axes.plot(waits[name], 95, marker="o", color="black", linestyle="none")
 axes.axvline(20, color="grey", linewidth=0.8)
-axes.text(21, 3, "one batch", color="grey", fontsize=9)
+axes.text(22, 60, "one batch", color="grey", fontsize=9)
 axes.set(xscale="log", xlabel="episodes", ylabel="chance of a reward among them (%)")
+axes.set_xticks([1, 10, 100, 1000, 10000], ["1", "10", "100", "1,000", "10,000"])
 axes.legend(loc="lower right")
 plt.show()
 
 # %% [markdown]
 # *Figure 8. The chance that at least one of so many episodes is rewarded, at the rates of Figure 7; your answers for 95 % are the dots, the batch of one task in one iteration is the grey line.*
 
-# %% tags=["reveal", "tolerance:rel=0.6", "statistical"]
-batch = 20  # episodes per task and iteration, Table 1
-if checked:
-    assert waits["point2d"] > 40 * batch and waits["two_wheeled"] > 5 * batch
-    guess.reveal("wait", f"{waits['point2d'] / batch:.1f} iterations, at the rate seen here.")
-one_batch = 100 * (1 - (1 - rates["two_wheeled"]) ** batch)
-print(f"one batch of TwoWheeled sees a reward with a chance of {one_batch:.1f} %")
-
 # %% [markdown] tags=["reveal"]
-# In each of those iterations the task learns nothing from rewards. And the number itself is uncertain: the rate rests on a handful of paid episodes, so the wait may be a third as long or several times as long. What is rarely seen is also badly measured.
+# In each of those iterations the task learns nothing from rewards. And the number itself is uncertain: the rate rests on a handful of paid episodes, and the ends of its interval put the wait between about a third and several times as many iterations. What is rarely seen is also badly measured.
 
 # %% [markdown]
 # **Turn it yourself.** The sliders move the goal along the semicircle and change the radius of the disc that pays; 500 walks of an untrained policy stay the same. How large must the disc be until every second walk is paid?
@@ -697,15 +698,17 @@ gradients, seen, batch_of_20 = task_gradients(seed=0)
 lengths = gradients.norm(dim=1)
 print(f"{int(seen.sum())} of 24 tasks saw a reward")
 
-# %% tags=["reveal", "tolerance:abs=0.02"]
+# %% tags=["reveal", "tolerance:rel=0.2", "tolerance:abs=0.02"]
 assert (lengths[~seen] == 0).all() and (lengths[seen] > 0).all()
 assert (~seen).sum() > 4
 longest, shortest = float(lengths[~seen].max()), float(lengths[seen].min())
 guess.reveal("gradient", f"{longest:g}. That is the longest of the {int((~seen).sum())}.")
-print(f"{int(seen.sum())} tasks saw a reward; their shortest gradient: {shortest:.3f}")
+print(f"with a reward: {lengths[seen].mean():.2f} on average, the shortest {shortest:.2f}")
+expected = 24 * (1 - (1 - rates["two_wheeled"]) ** 20)
+print(f"tasks that see a reward, expected by the rate of Figure 7: {expected:.1f}")
 
 # %% [markdown] tags=["reveal"]
-# Not small: zero, to the last digit. (With your formula of exercise 4, about three in ten tasks should have seen a reward in their 20 episodes, and about as many did.) The chain from the rewards to the gradient, with the numbers of two of these tasks:
+# Not small: zero, to the last digit. (How many tasks see a reward follows from the thought of exercise 4, within the chance of one batch.) The chain from the rewards to the gradient, with the numbers of two of these tasks:
 
 
 # %% tags=["reveal", "tolerance:rel=0.5"]
@@ -721,9 +724,9 @@ def links(rollout, task, gradients):
 unpaid, rewarded = int((~seen).nonzero()[0]), int(seen.nonzero()[0])
 chain = {
     "no episode is paid": links(batch_of_20, unpaid, gradients),
-    "one or a few are": links(batch_of_20, rewarded, gradients),
+    "some episodes are paid": links(batch_of_20, rewarded, gradients),
 }
-assert not any(chain["no episode is paid"]) and all(chain["one or a few are"])
+assert not any(chain["no episode is paid"]) and all(chain["some episodes are paid"])
 figure = reward_chain(chain)
 plt.show()
 
@@ -770,7 +773,7 @@ for reward, (marker, line, colour) in looks.items():
     look = {"marker": marker, "linestyle": line, "color": colour, "markevery": 4}
     axes.plot(success[reward], label=f"{reward} reward", **look)
 axes.set(xlabel="TRPO iteration", ylabel="episodes that reach the goal (%)", ylim=(-3, 103))
-axes.legend(loc="center right")
+axes.legend(loc="upper left")
 plt.show()
 
 # %% [markdown]
@@ -822,7 +825,7 @@ plt.show()
 # *Figure 12. The chain of Figure 10, and in the last row the task without a reward once more, with $10^{-5}$ added to every step: follow where it shrinks and where it grows.*
 
 # %% [markdown] tags=["reveal"]
-# The baseline cannot fit a constant reward perfectly: the return to come falls from about $10^{-5}/(1-\gamma)$ to $10^{-5}$ along the episode, and a cubic in $t$ follows that only nearly. What is left is a few millionths;
+# The baseline cannot fit a constant reward perfectly: the return to come falls from about $10^{-5}/(1-\gamma)$ to $10^{-5}$ along the episode, and a cubic in $t$ follows that only nearly. What is left is about as small as the reward itself;
 # dividing by its standard deviation blows it up to size 1.
 
 # %% [markdown]
@@ -855,52 +858,55 @@ def agreement(gradients):
 checked = check.agreement(agreement)
 
 # %% [markdown]
-# Ten batches of the same untrained policy on Point2D, once with $10^{-5}$ in tasks that saw no reward, once with the dense reward $-d$, twelve tasks each. *Predict first:* how far do the batches of a task agree?
+# Ten batches of the same untrained policy, on Point2D with $10^{-5}$ in tasks that saw no reward, and with the dense reward $-d$; then on TwoWheeled with its dense reward. *Predict first:* how far do the batches of a task agree?
 
 # %%
-guess.ask("agree", "mean agreement: reward 1e-5; dense reward")
+guess.ask("agree", "1e-5, Point2D; dense, Point2D; dense, TwoWheeled")
 
 # %% tags=["cosines"]
 same = policy.per_task(policy.initialise(2, 2, seed=0), 12)
+families = {
+    "1e-5, point2d": (point, 1e-5, same),
+    "dense, point2d": (make("point2d", reward="dense"), 0.0, same),
+    "dense, two_wheeled": (make("two_wheeled", reward="dense"), 0.0, start),
+}
 found = {}
-for name, reward, bonus in (("reward 1e-5", "sparse", 1e-5), ("dense reward", "dense", 0.0)):
-    family = make("point2d", reward=reward)
-    batches = [task_gradients(seed, bonus, family=family, start=same)[:2] for seed in range(10)]
-    by_task = zip(*[(one.unbind(), seen_one) for one, seen_one in batches], strict=True)
-    of_tasks, seen_of = (list(zip(*part, strict=True)) for part in by_task)  # (task, batch)
-    found[name] = [
-        torch.stack([g for g, was in zip(parts, seen_in, strict=True) if not was])
-        for parts, seen_in in zip(of_tasks, seen_of, strict=True)
-    ]  # a dense reward is never above 0, so all its batches stay
+for name, (family, bonus, params) in families.items():
+    batches = [task_gradients(seed, bonus, family=family, start=params) for seed in range(10)]
+    of_tasks = torch.stack([batch[0] for batch in batches], dim=1)  # (task, batch, parameter)
+    paid = torch.stack([batch[1] for batch in batches], dim=1)  # a dense reward is never above 0
+    found[name] = [of_one[~seen_one] for of_one, seen_one in zip(of_tasks, paid, strict=True)]
 
 # %% tags=["cosines-figure"]
 if checked:
-    figure, axes = plt.subplots(figsize=(6.6, 2.2))
-    looks = {"reward 1e-5": ("s", "#D55E00"), "dense reward": ("o", "#0072B2")}
-    agreements = {}
-    for place, (name, (marker, colour)) in enumerate(looks.items()):
-        agreements[name] = [float(agreement(of_one)) for of_one in found[name]]
-        axes.plot(agreements[name], [place] * 12, marker, color=colour, alpha=0.6)
+    agreements = {
+        name: [float(agreement(of_one)) for of_one in tasks] for name, tasks in found.items()
+    }
+    figure, axes = plt.subplots(figsize=(6.8, 2.4))
+    looks = (("s", "#D55E00"), ("o", "#0072B2"), ("^", "#777777"))
+    for place, (name, (marker, colour)) in enumerate(zip(found, looks, strict=True)):
+        values = agreements[name]
+        axes.plot(values, [place] * len(values), marker, color=colour, alpha=0.6)
     axes.axvline(0, color="black", linewidth=0.8)
-    axes.set_yticks(range(2), looks)
-    axes.set(xlabel="agreement of ten batches", xlim=(-0.3, 1.05), ylim=(-0.6, 1.6))
+    axes.set_yticks(range(3), found)
+    axes.set(xlabel="agreement of ten batches", xlim=(-0.5, 1.05), ylim=(2.6, -0.6))
     plt.show()
 
 # %% [markdown]
-# *Figure 13. How far the policy gradients of ten batches agree, by your function, one mark per task of Point2D: with a constant reward of $10^{-5}$ in tasks without a reward, and with a dense reward.*
+# *Figure 13. How far the policy gradients of ten batches agree, by your function, one mark per task: with a constant reward of $10^{-5}$ in tasks without a reward, and with a dense reward in two environments. At 1 all batches say the same, around 0 they know nothing of each other.*
 
-# %% tags=["reveal", "tolerance:abs=0.05"]
+# %% tags=["reveal", "tolerance:abs=0.06"]
 if checked:
-    tiny_mean, dense_mean = (float(np.mean(agreements[name])) for name in looks)
-    assert abs(tiny_mean) < 0.15
-    assert dense_mean > 0.9
-    guess.reveal("agree", f"{tiny_mean:.2f} with 1e-5; {dense_mean:.2f} with the dense reward.")
+    means = [float(np.mean(values)) for values in agreements.values()]
+    assert abs(means[0]) < 0.15 and means[1] > 0.9 and means[2] < 0.4
+    answers = "; ".join(f"{mean:.2f}" for mean in means)
+    guess.reveal("agree", f"{answers}, on average over the tasks.")
 
 # %% [markdown] tags=["reveal"]
-# With the dense reward all batches say the same. With the constant one they agree as little as random directions, although their gradients are as long. It is no surprise: what the baseline leaves over depends on the time $t$ (and a little on the state), not on the action, and the expected $\nabla_\theta \log \pi_\theta$ is zero (notebook 01).
+# On Point2D with the dense reward all batches say the same. With the constant one they agree as little as random directions, although their gradients are as long. It is no surprise: what the baseline leaves over depends on the time $t$ (and a little on the state), not on the action, and the expected $\nabla_\theta \log \pi_\theta$ is zero (notebook 01).
 # So the expectation of such a gradient is zero: it points nowhere, and a single batch does not know that. The policy takes steps as long as those towards a goal, and takes them at random. In this workbook the reward elsewhere is 0, as the paper writes, and advantages whose spread is zero stay zero.
 #
-# A dense reward is no guarantee either: on TwoWheeled, where the robot must first turn, two batches of 20 episodes with the dense reward hardly agree (change `family` to see it).
+# Did TwoWheeled surprise you? A dense reward is no guarantee: 20 episodes of a robot that turns at random say little about where the goal is. A reward makes a gradient; how many episodes make it a signal is another question, and your function answers it.
 
 # %% [markdown]
 # ## 8 · How the cheetah runs (further reading)

@@ -59,7 +59,7 @@ def _link(axes: Axes, x: float, y: float, size: float, last: bool) -> None:
             linestyle="--" if zero else "-",
         )
     )
-    axes.text(x, y, "0" if zero else f"{size:.1e}", ha="center", va="center", fontsize=10)
+    axes.text(x, y, f"{size:.2g}", ha="center", va="center", fontsize=10)
     if not last:
         look = {"arrowstyle": "->", "color": "#AAAAAA" if zero else "black"}
         start, end = (x + WIDE / 2, y), (x + APART - WIDE / 2, y)

@@ -105,5 +105,5 @@ def _draw_shares(axes: Axes, needed: Tensor, radius: float) -> None:
     axes.axvline(NEAR, color="#0072B2", linestyle="--", label=f"the paper's {NEAR}")
     axes.set(xlabel="radius of the disc that pays (length units)", ylabel="walks that are paid (%)")
     axes.set(xlim=(0, 2), ylim=(-3, 103), xticks=(0, 0.5, 1, 1.5, 2), yticks=(0, 50, 100))
-    axes.set_title(f"half of the walks need {float(needed.median()):.2f}")
+    axes.set_title(f"half of the walks need a radius of {float(needed.median()):.2f}")
     axes.legend(loc="upper left")
