@@ -63,7 +63,7 @@ def steer__vectors(state, goal):
 
 def steer__numpy(state, goal):
     x, y, heading = state.numpy()
-    off = np.arctan2(goal[1] - y, goal[0] - x).item() - heading
+    off = np.arctan2(*(goal.numpy() - [x, y])[::-1]) - heading
     off = (off + np.pi) % (2 * np.pi) - np.pi
     return [np.float64(0.2 if abs(off) < 1 else 0.02), np.clip(off, -2.84, 2.84)]
 
