@@ -124,11 +124,17 @@ def package_step(position, move, goal, time):
 step = point_step if checked else package_step  # until yours is right, the package's
 
 # %% [markdown]
-# With $d$ the distance to the goal after the step, that is the paper's
+# <details><summary>After your answer: the formula as the paper prints it</summary>
+#
+# With $d$ the distance to the goal after the step,
 #
 # $$R_t = \begin{cases} 100 - t - 1 & d \le 0.02 \quad \text{(and the episode ends)} \\ 1 - d & 0.02 < d \le 0.2 \\ 0 & \text{otherwise.} \end{cases}$$
 #
-# (For the position the paper prints $y_{t+1} = x_t + dy_t$, a slip of the pen.) The first line pays out the steps that are left, so that arriving early pays.
+# For the position the paper prints $y_{t+1} = x_t + dy_t$, a slip of the pen.
+#
+# </details>
+#
+# The first kind of step pays out the steps that are left, so that arriving early pays.
 #
 # **The landscape of the reward.** A policy looks for the goal within the upper half disc of radius 2; its rim holds all goals. *Predict first:* which share of that half disc pays anything at all, for one goal?
 

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from torch import Tensor
 
 from ...envs.drawing import round_goal
@@ -67,7 +68,8 @@ def sparsity_picture(walks: Walks, angle: float, radius: float) -> Figure:
     """Return the walks, those that meet the disc marked, beside the share that every radius would pay."""
     real_number("radius", radius, *RADII)
     needed = closest_approaches(walks, angle)
-    figure = plt.figure(figsize=(9.2, 3.9), layout="none")  # a layout engine draws everything twice
+    placed = PlaceHolderLayoutEngine(adjust_compatible=True, colorbar_gridspec=False)
+    figure = plt.figure(figsize=(9.2, 3.9), layout=placed)  # a real engine draws everything twice
     plane = figure.add_axes((0.07, 0.13, 0.45, 0.78))
     curve = figure.add_axes((0.62, 0.13, 0.36, 0.78))
     _draw_walks(plane, walks, needed <= radius)
@@ -104,6 +106,6 @@ def _draw_shares(axes: Axes, needed: Tensor, radius: float) -> None:
     axes.plot(radius, present, marker="o", color="#D55E00", markersize=8)
     axes.axvline(NEAR, color="#0072B2", linestyle="--", label=f"the paper's {NEAR}")
     axes.set(xlabel="radius of the disc that pays (length units)", ylabel="walks that are paid (%)")
-    axes.set(xlim=(0, 2), ylim=(-3, 103), xticks=(0, 0.5, 1, 1.5, 2), yticks=(0, 50, 100))
+    axes.set(xlim=(0, 2), ylim=(-3, 103), xticks=(0, 1, 2), yticks=(0, 50, 100))
     axes.set_title(f"half of the walks need a radius of {float(needed.median()):.2f}")
     axes.legend(loc="upper left")
