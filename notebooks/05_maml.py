@@ -43,7 +43,7 @@ from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.classroom.predict import Guesses
-from emrld_lite.classroom.sketches.starvation import starvation
+from emrld_lite.classroom.sketches.two_gates import starvation
 from emrld_lite.classroom.suspect import suspect_solver
 from emrld_lite.classroom.widgets import one_step
 from emrld_lite.config import TrainConfig

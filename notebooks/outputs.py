@@ -13,9 +13,7 @@ from pathlib import Path
 import nbformat
 
 ROOT = Path(__file__).resolve().parent.parent
-SLIDERS = (
-    "[Sliders: they appear where this notebook runs. The still picture below shows their default.]"
-)
+SLIDERS = "[Sliders: they appear where this notebook runs. The still picture below shows what they teach.]"
 UNWANTED = {
     "a warning": re.compile(r"\w*Warning: "),
     "a machine's path": re.compile(

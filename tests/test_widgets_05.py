@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite.classroom.sketches.starvation import starvation
+from emrld_lite.classroom.sketches.two_gates import starvation
 from emrld_lite.classroom.suspect import suspect_solver
 from emrld_lite.classroom.widgets import one_step
 from emrld_lite.validation import InputError

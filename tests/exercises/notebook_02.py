@@ -17,17 +17,13 @@ def _step(draw: Draw) -> Question:
     return position, move, goal, draw.whole(0, 100)
 
 
-def _wheels(draw: Draw) -> Question:
-    count = draw.whole(2, 6)
-    return 2 * draw.normal(count, 3), draw.normal(count), draw.normal(count), draw.between(0.05, 2)
-
-
 QUESTIONS: Questions = {
     "point_step": _step,
     "loitering_gain": lambda draw: (draw.whole(0, 100), draw.between(0.3, 1)),
-    "wheeled_step": _wheels,
     "episodes_needed": lambda draw: (draw.between(0.01, 0.9), draw.between(0.1, 0.99)),
+    "agreement": lambda draw: (draw.normal(draw.whole(2, 7), draw.whole(2, 12)),),
 }
+MANY_ANSWERS = {"steer"}
 
 
 def point_step__tensors(position, move, goal, time):
@@ -57,16 +53,50 @@ def loitering_gain__tensor(time, discount):
     return (0.98 * discount ** torch.arange(100 - time).double()).sum() - (99 - time)
 
 
-def wheeled_step__columns(state, v, omega, dt):
-    moved = state.clone()
-    moved[:, 0] += v * dt * state[:, 2].cos()
-    moved[:, 1] += v * dt * state[:, 2].sin()
-    moved[:, 2] += omega * dt
-    return moved
+def steer__vectors(state, goal):
+    ahead = torch.stack([state[2].cos(), state[2].sin()])
+    way = goal - state[:2]
+    left = ahead[0] * way[1] - ahead[1] * way[0]
+    off = torch.atan2(left, ahead @ way)
+    return torch.stack([0.22 * off.cos().clamp(min=0), (2 * off).clamp(-2.84, 2.84)])
 
 
-def wheeled_step__numpy(state, v, omega, dt):
-    return wheeled_step__columns(state, v, omega, dt).double().numpy()
+def steer__numpy(state, goal):
+    x, y, heading = state.numpy()
+    off = np.arctan2(*(goal.numpy() - [x, y])[::-1]) - heading
+    off = (off + np.pi) % (2 * np.pi) - np.pi
+    return [np.float64(0.2 if abs(off) < 1 else 0.02), np.clip(off, -2.84, 2.84)]
+
+
+def steer__three_commands(state, goal):
+    x, y, heading = state.tolist()
+    gap = math.atan2(float(goal[1]) - y, float(goal[0]) - x) - heading
+    if math.cos(gap) > 0.99:
+        return (0.22, 0)
+    return (
+        0.1 if math.cos(gap) > 0.9 else 0,
+        math.copysign(min(abs(math.sin(gap)) + 0.1, 1), math.sin(gap)),
+    )
+
+
+def agreement__pairs(gradients):
+    found = [
+        float(one @ other / one.norm() / other.norm())
+        for place, one in enumerate(gradients)
+        for other in gradients[:place]
+    ]
+    return sum(found) / len(found)
+
+
+def agreement__sum_of_directions(gradients):
+    count = len(gradients)
+    whole = torch.nn.functional.normalize(gradients, dim=1).sum(0)
+    return (whole @ whole - count) / (count * (count - 1))
+
+
+def agreement__numpy(gradients):
+    angles = np.corrcoef(np.hstack([gradients.numpy(), -gradients.numpy()]))  # mean 0: cosines
+    return angles[np.triu_indices(len(angles), 1)].mean()
 
 
 def episodes_needed__float(rate, confidence):

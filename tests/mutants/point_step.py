@@ -33,7 +33,7 @@ def old_distance(position, move, goal, time):
 
 
 def near_wins(position, move, goal, time):
-    """second line"""
+    """the inner disc wins"""
     moved = position + _shortened(move)
     distance = float((moved - goal).norm())
     return moved, (1.0 - distance if distance <= 0.2 else 0.0), distance <= 0.02

@@ -2,7 +2,8 @@
 
 from .grades import require
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
-from .notebook_02 import episodes_needed, loitering_gain, point_step, wheeled_step
+from .notebook_02 import episodes_needed, loitering_gain, point_step
+from .notebook_02_experiments import agreement, steer
 from .notebook_03 import nearest_distance, steps_before_reward, with_task
 from .notebook_04 import assumption_numbers, performance_difference, visitation
 from .notebook_04_designs import break_the_substitution, tight_step
@@ -17,6 +18,7 @@ __all__ = [
     "adaptation_step",
     "advantages",
     "agree",
+    "agreement",
     "assumption_numbers",
     "averaged_log_density",
     "break_the_substitution",
@@ -37,12 +39,12 @@ __all__ = [
     "reinforce_loss",
     "require",
     "seed_differences",
+    "steer",
     "steps_before_reward",
     "supervised_meta_loss",
     "surrogate",
     "tight_step",
     "visitation",
     "warm_start_step",
-    "wheeled_step",
     "with_task",
 ]

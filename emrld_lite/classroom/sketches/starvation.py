@@ -1,53 +1,66 @@
-"""Where on its way MAML starves, as a drawing: the two places at which a reward must be found."""
+"""From rewards to the gradient as a drawing: at which link of the chain nothing is left."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .shapes import DATA, PARAMETERS, arrow, box
+from ...validation import InputError
 
-FED, STARVED = "#0072B2", "#B03A00"
-LINE, BELOW = 3.3, 1.0  # heights of the way with rewards, and of what happens without
+LINKS = {
+    r"reward $R_t$": "summed up",
+    r"return $G_t$": "fitted",
+    r"baseline $B(s_t)$": "subtracted",
+    r"$G_t - B(s_t)$": "divided by its\ndeviation",
+    r"advantage $\hat A_t$": r"times $\nabla \log \pi$,"
+    "\nthe mean of it",
+    r"gradient": "",
+}
+EMPTY, FILLED = "#EEEEEE", "#FDF1DC"
+APART, WIDE, HIGH = 2.6, 1.5, 0.62  # between boxes, and their size
 
 
-def starvation() -> Figure:
-    """Return a drawing of one meta-iteration of MAML, and of what each lack of a reward does to it."""
-    figure, axes = plt.subplots(figsize=(9.4, 3.6))
-    axes.set(xlim=(0, 13), ylim=(0, 4.6))
+def reward_chain(rows: Mapping[str, Sequence[float]]) -> Figure:
+    """Return the chain from reward to gradient, with the largest size of each link in every row.
+
+    A link that is exactly zero is an empty, dashed box. Raises InputError for a row of another length.
+    """
+    figure, axes = plt.subplots(figsize=(11, 1.3 + 0.75 * len(rows)))
+    for row, (name, sizes) in enumerate(rows.items()):
+        if len(sizes) != len(LINKS):
+            raise InputError(f"{name}: expected {len(LINKS)} sizes, one per link, got {len(sizes)}")
+        axes.text(-1.1, -row, name, ha="right", va="center", fontsize=10)
+        for place, size in enumerate(sizes):
+            _link(axes, place * APART, -row, size, last=place == len(sizes) - 1)
+    for place, (link, step) in enumerate(LINKS.items()):
+        axes.text(place * APART, 0.62, link, ha="center", va="bottom", fontsize=10)
+        middle = (place + 0.5) * APART
+        axes.text(
+            middle, -len(rows) + 0.3, step, ha="center", va="top", fontsize=8, color="#555555"
+        )
+    axes.set(xlim=(-5.2, 5 * APART + 1), ylim=(-len(rows) - 0.35, 1.15))
     axes.axis("off")
-    box(axes, (0.9, LINE), r"$\theta$", PARAMETERS)
-    box(axes, (3.9, LINE), r"$\mathcal{D}^{\mathrm{tr}}_i$", DATA)
-    box(axes, (6.7, LINE), r"$\theta_i$", PARAMETERS)
-    box(axes, (9.3, LINE), r"$\mathcal{D}^{\mathrm{val}}_i$", DATA)
-    box(axes, (12.2, LINE), r"$g_i$", PARAMETERS)
-    arrow(axes, (1.4, LINE), (3.3, LINE), "roll out", "black")
-    arrow(axes, (4.5, LINE), (6.2, LINE), "adapt", FED)
-    arrow(axes, (7.2, LINE), (8.7, LINE), "roll out", "black")
-    arrow(axes, (9.9, LINE), (11.7, LINE), "meta-gradient", FED)
-    axes.text(
-        3.9, 4.35, "first gate: a reward here?", ha="center", color=FED, fontsize=10, weight="bold"
-    )
-    axes.text(
-        9.3, 4.35, "second gate: and here?", ha="center", color=FED, fontsize=10, weight="bold"
-    )
-    _starves(
-        axes,
-        3.9,
-        "none: every advantage is 0,\n" + r"$\theta_i = \theta$, $H = 0$: nothing is adapted",
-    )
-    _starves(
-        axes,
-        9.3,
-        "none: every advantage is 0,\n" + r"$g_i = 0$: nothing is learned from task $i$",
-    )
     return figure
 
 
-def _starves(axes: Axes, place: float, text: str) -> None:
-    """Draw the way out of the loop below a box: a dashed arrow with a cross at its end."""
-    look = {"arrowstyle": "-|>", "color": STARVED, "linewidth": 1.6, "linestyle": "--"}
-    axes.annotate("", xy=(place, BELOW + 0.75), xytext=(place, LINE - 0.5), arrowprops=look)
-    axes.plot(place, BELOW + 0.5, "x", color=STARVED, markersize=11, markeredgewidth=2.5)
-    axes.text(place, BELOW + 0.2, text, ha="center", va="top", color=STARVED, fontsize=10)
+def _link(axes: Axes, x: float, y: float, size: float, last: bool) -> None:
+    """Draw one link's box with its size, and the arrow to the next."""
+    zero = size == 0
+    axes.add_patch(
+        plt.Rectangle(
+            (x - WIDE / 2, y - HIGH / 2),
+            WIDE,
+            HIGH,
+            facecolor=EMPTY if zero else FILLED,
+            edgecolor="#555555",
+            linestyle="--" if zero else "-",
+        )
+    )
+    axes.text(x, y, f"{size:.2g}", ha="center", va="center", fontsize=10)
+    if not last:
+        look = {"arrowstyle": "->", "color": "#AAAAAA" if zero else "black"}
+        start, end = (x + WIDE / 2, y), (x + APART - WIDE / 2, y)
+        axes.annotate("", xy=end, xytext=start, arrowprops=look)
