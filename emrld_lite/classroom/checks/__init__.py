@@ -11,7 +11,9 @@ from .notebook_04 import (
     visitation,
 )
 from .notebook_05 import conjugate_gradient, full_step, meta_gradient, supervised_meta_loss
-from .notebook_06 import adaptation_step, surrogate, warm_start_step
+from .notebook_06 import adaptation_step, surrogate
+from .notebook_06_experiment import what_parts_add
+from .notebook_06_iteration import meta_loss
 from .notebook_07 import false_ahead_rate, interquartile_mean, late_rise
 from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
 from .values import agree
@@ -34,6 +36,7 @@ __all__ = [
     "log_density",
     "loitering_gain",
     "meta_gradient",
+    "meta_loss",
     "nearest_distance",
     "one_at_a_time",
     "performance_difference",
@@ -44,7 +47,7 @@ __all__ = [
     "supervised_meta_loss",
     "surrogate",
     "visitation",
-    "warm_start_step",
+    "what_parts_add",
     "wheeled_step",
     "with_task",
 ]
