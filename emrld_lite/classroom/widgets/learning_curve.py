@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 from IPython.display import display
 from matplotlib.figure import Figure
 
+from ...algorithms import ALGORITHMS
 from ...experiments import plotting
 from ...train import Record
 
@@ -20,6 +21,8 @@ class LiveCurve:
             every,
             target,
         )
+        self.warm_start = ALGORITHMS[algorithm].warm_start
+        self.after = f"{plotting.label(algorithm)} after the adaptation ($D^{{val}}$)"
         self.records: list[Record] = []
         self._handle = display(self._draw(), display_id=True)
 
@@ -38,9 +41,12 @@ class LiveCurve:
         axes.axhline(self.target, color="grey", linewidth=1, linestyle=(0, (1, 2)))
         if self.records:
             before = [record.return_before for record in self.records]
-            axes.plot(before, color="grey", linewidth=1, label="before adaptation")
-            plotting.learning_curves({self.algorithm: [self.records]}, axes)
+            first = "after the warm start" if self.warm_start else "before the adaptation"
+            axes.plot(before, color="#666666", linewidth=1.2, label=f"{first} ($D^{{tr}}$)")
+            plotting.banded_curves(
+                {self.after: [self.records]}, {self.after: plotting.LOOKS[self.algorithm]}, axes
+            )
         axes.set(xlim=(0, self.iterations), ylim=(-2, 85))
-        axes.set(xlabel="meta-iteration", ylabel="mean return")
+        axes.set(xlabel="meta-iteration", ylabel="mean return, twelve training tasks")
         plt.close(figure)
         return figure
