@@ -16,19 +16,19 @@ SYMBOLS = (
     ((5.0, 0.7), r"$\mathcal{D}^{\mathrm{dem}}_i$", DATA),
     ((8.7, 2.5), r"$\theta_{k,i}$", PARAMETERS),
     ((11.2, 2.5), r"$\mathcal{D}^{\mathrm{val}}_i$", DATA),
-    ((13.6, 2.5), r"$\theta_{k+1}$", PARAMETERS),
+    ((13.9, 2.5), r"$\theta_{k+1}$", PARAMETERS),
 )
 
 
 def two_levels() -> Figure:
     """Return a drawing of Algorithm 1: the adaptation of each task inside, the meta-update around it."""
     figure, axes = plt.subplots(figsize=(9.8, 3.5))
-    axes.set(xlim=(0.3, 14.4), ylim=(-0.1, 4.6))
+    axes.set(xlim=(0.3, 14.7), ylim=(-0.1, 4.6))
     axes.axis("off")
     axes.grid(visible=False)
     inside = {"fill": False, "linestyle": "--", "edgecolor": "#777777"}
-    axes.add_patch(plt.Rectangle((2.5, 0.05), 9.6, 3.55, **inside))
-    axes.text(11.9, 0.25, "for each task $i$", ha="right", color=BACK, fontsize=11)
+    axes.add_patch(plt.Rectangle((2.5, 0.05), 9.4, 3.55, **inside))
+    axes.text(11.75, 0.25, "for each task $i$", ha="right", color=BACK, fontsize=11)
     for symbol in SYMBOLS:
         box(axes, *symbol)
     arrow(axes, (1.35, 2.5), (2.95, 2.5), "", "black")
@@ -40,7 +40,7 @@ def two_levels() -> Figure:
     axes.text(7.1, 0.95, _weighted("bc", "BC"), color=CLONING, fontsize=12)
     axes.text(8.75, 1.75, "line 7", fontsize=9)
     arrow(axes, (9.3, 2.5), (10.6, 2.5), "roll out\nline 8", "black")
-    arrow(axes, (11.8, 2.5), (13.0, 2.5), "TRPO\nline 10", REWARD)
+    arrow(axes, (11.8, 2.5), (13.3, 2.5), "TRPO\nline 10", REWARD)
     way = {"arrowstyle": "->", "linestyle": ":", "color": BACK, "connectionstyle": "arc3,rad=0.17"}
     axes.annotate("", xy=(0.9, 3.0), xytext=(11.2, 3.0), arrowprops={**way, "linewidth": 1.6})
     said = "the meta-gradient goes back through the adaptation"

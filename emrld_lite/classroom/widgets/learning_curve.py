@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import matplotlib.pyplot as plt
+import numpy as np
 from IPython.display import display
 from matplotlib.figure import Figure
 
 from ...algorithms import ALGORITHMS
-from ...experiments import plotting
+from ...experiments import plotting, runs
 from ...train import Record
+
+UNLABELLED = {"A": "emrld-ws", "B": "emrld"}
 
 
 class LiveCurve:
@@ -50,3 +53,26 @@ class LiveCurve:
         axes.set(xlabel="meta-iteration", ylabel="mean return, twelve training tasks")
         plt.close(figure)
         return figure
+
+
+def unlabelled_panels() -> tuple[Figure, dict[str, float]]:
+    """Return EMRLD's and EMRLD-WS's stored curves in panels A and B, and each panel's last grey return.
+
+    Means over the seeds, before the adaptation step (grey, thin) and after it (black, thick); the grey
+    return is the mean of the last ten iterations.
+    """
+    figure, panels = plt.subplots(1, 2, figsize=(9, 3.2), sharey=True)
+    last = {}
+    for axes, (panel, algorithm) in zip(panels, UNLABELLED.items(), strict=True):
+        found = sorted(runs.SHIPPED.glob(f"point2d-optimal-{algorithm}-seed*"))
+        curves = [runs.load_run(folder).curve for folder in found]
+        before = [[row.return_before for row in curve] for curve in curves]
+        after = [[row.return_after for row in curve] for curve in curves]
+        axes.plot(np.mean(after, 0), color="black", label="after the adaptation step")
+        axes.plot(np.mean(before, 0), color="#777777", linewidth=1, label="before it ($D^{tr}$)")
+        axes.set(title=f"Panel {panel}", xlabel="meta-iteration", ylim=(-2, 85))
+        last[panel] = float(np.mean(before, 0)[-10:].mean())
+    panels[0].set_ylabel("mean return, twelve training tasks")
+    panels[0].legend(loc="lower right")
+    plt.close(figure)
+    return figure, last
