@@ -35,7 +35,7 @@ def _one_task(draw: Draw, size: int) -> SimpleNamespace:
 
 def _meta_loss(draw: Draw) -> Question:
     size = draw.whole(2, 5)
-    tasks = [_one_task(draw, size) for _ in range(draw.whole(1, 5))]
+    tasks = tuple(_one_task(draw, size) for _ in range(draw.whole(1, 5)))
     return draw.leaf(size), tasks, lambda x, task: x - 0.1 * (x - task.bend).pow(3), _surrogate
 
 
@@ -46,7 +46,7 @@ def _experiment(draw: Draw) -> Question:
         switched = np.array([w_rl, w_bc, warm * w_bc, warm], dtype=float)
         return float((strength + luck[seed]) @ switched + 5 * luck[seed, 0])
 
-    seeds = draw.random.permutation(30)[: draw.whole(2, 9)].tolist()
+    seeds = tuple(draw.random.permutation(30)[: draw.whole(2, 9)].tolist())
     return run, (draw.between(0.1, 1), draw.between(0.5, 2), True), seeds
 
 

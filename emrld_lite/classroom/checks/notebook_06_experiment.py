@@ -19,7 +19,7 @@ Setting = tuple[float, float, bool]
 @answered
 def what_parts_add(student: Student) -> None:
     """Check an experiment: f(run, full, seeds) -> {part: (drop, error)}, one part left out at a time."""
-    for number, seeds in enumerate(([3, 8, 11, 40], [0, 1, 2, 3, 4, 5, 6], [17, 5]), start=31):
+    for number, seeds in enumerate(((3, 8, 11, 40), (0, 1, 2, 3, 4, 5, 6), (17, 5)), start=31):
         random = np.random.default_rng(number)
         full: Setting = (float(random.uniform(0.1, 0.9)), float(random.uniform(0.5, 1.5)), True)
         strengths = random.uniform(2, 20, 5)
@@ -46,7 +46,9 @@ def _return_of(w_rl: float, w_bc: float, warm: bool, seed: int, k: np.ndarray) -
     return float(20 + parts + shared + 2 * (own @ switched))
 
 
-def _judge_calls(asked_for: list[tuple[Setting, int]], full: Setting, seeds: list[int]) -> None:
+def _judge_calls(
+    asked_for: list[tuple[Setting, int]], full: Setting, seeds: tuple[int, ...]
+) -> None:
     """Name what is wrong with an experiment by what it ran."""
     if not asked_for:
         raise Wrong("you never call `run`: the numbers must come from your experiment.")
@@ -73,7 +75,7 @@ def _table(answer: Any) -> torch.Tensor:
 
 
 def _effects(
-    k: np.ndarray, full: Setting, seeds: list[int]
+    k: np.ndarray, full: Setting, seeds: tuple[int, ...]
 ) -> tuple[torch.Tensor, dict[str, torch.Tensor]]:
     """Return the right table, and those of plausible mistakes by their sentences."""
     w_rl, w_bc, warm = full

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 
 import torch
@@ -54,13 +54,13 @@ def meta_loss(student: Student) -> None:
         ((4, 3, torch.float64), (5, 2, torch.float64), (3, 4, torch.float32)), start=21
     ):
         normal = draws(seed)
-        tasks = [_task(size, normal, seed + number) for number in range(count)]
+        tasks = tuple(_task(size, normal, seed + number) for number in range(count))
         start = 0.5 * normal(size)
         mine = start.clone().requires_grad_()
         values = _meta_mistakes(mine, tasks)
         expected = _mean_loss(mine, tasks)
         exact = pulled_back(expected, mine, torch.ones(()).double(), CUT)
-        given = [_in_precision(task, dtype) for task in tasks]
+        given = tuple(_in_precision(task, dtype) for task in tasks)
         asked = ask(student, start.to(dtype).requires_grad_(), given, _adapted, _surrogate)
         _unchanged(given, tasks, dtype)
         got = as_graph(asked.answer, (), "a single number")
@@ -80,7 +80,7 @@ def _in_precision(task: SimpleNamespace, dtype: torch.dtype) -> SimpleNamespace:
     return SimpleNamespace(**{**vars(task), **changed})
 
 
-def _unchanged(given: list, tasks: list, dtype: torch.dtype) -> None:
+def _unchanged(given: Sequence, tasks: Sequence, dtype: torch.dtype) -> None:
     for one, other in zip(given, tasks, strict=True):
         for name in ("collected_with", "advantages", "mask"):
             if not torch.equal(getattr(one, name), getattr(other, name).to(dtype)):
@@ -91,7 +91,7 @@ def _unchanged(given: list, tasks: list, dtype: torch.dtype) -> None:
 
 def _mean_loss(
     theta: torch.Tensor,
-    tasks: list,
+    tasks: Sequence,
     new: Callable[..., torch.Tensor] = _adapted,
     old: Callable[..., torch.Tensor] = lambda theta, task: task.collected_with,
 ) -> torch.Tensor:
@@ -108,7 +108,7 @@ def _mean_loss(
     return torch.stack(each).mean()
 
 
-def _meta_mistakes(theta: torch.Tensor, tasks: list) -> dict[str, torch.Tensor]:
+def _meta_mistakes(theta: torch.Tensor, tasks: Sequence) -> dict[str, torch.Tensor]:
     """Return the numbers that plausible mistakes give."""
 
     def collected(_: torch.Tensor, task: SimpleNamespace) -> torch.Tensor:
@@ -148,7 +148,7 @@ def _meta_mistakes(theta: torch.Tensor, tasks: list) -> dict[str, torch.Tensor]:
     return {sentence: value.detach() for sentence, value in mistakes.items()}
 
 
-def _in_a_row(theta: torch.Tensor, tasks: list) -> torch.Tensor:
+def _in_a_row(theta: torch.Tensor, tasks: Sequence) -> torch.Tensor:
     each = []
     for task in tasks:
         theta = _adapted(theta, task)
@@ -156,7 +156,7 @@ def _in_a_row(theta: torch.Tensor, tasks: list) -> torch.Tensor:
     return torch.stack(each).mean()
 
 
-def _graph_mistakes(theta: torch.Tensor, tasks: list) -> dict[str, torch.Tensor]:
+def _graph_mistakes(theta: torch.Tensor, tasks: Sequence) -> dict[str, torch.Tensor]:
     """Return the gradients of answers whose number is right."""
 
     def straight(theta: torch.Tensor, task: SimpleNamespace) -> torch.Tensor:
