@@ -43,7 +43,7 @@ from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.classroom.predict import Guesses
-from emrld_lite.classroom.sketches.two_gates import starvation
+from emrld_lite.classroom.sketches.two_gates import two_gates
 from emrld_lite.classroom.suspect import suspect_solver
 from emrld_lite.classroom.widgets import one_step
 from emrld_lite.config import TrainConfig
@@ -820,7 +820,7 @@ print(f"sparse: {still} of 12 tasks do not move at all")
 # </details>
 
 # %% tags=["reveal"]
-figure = starvation()
+figure = two_gates()
 plt.show()
 
 # %% [markdown] tags=["reveal"]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from emrld_lite.classroom.sketches.two_gates import starvation
+from emrld_lite.classroom.sketches.two_gates import two_gates
 from emrld_lite.classroom.suspect import suspect_solver
 from emrld_lite.classroom.widgets import one_step
 from emrld_lite.validation import InputError
@@ -97,7 +97,7 @@ def test_numbers_beyond_the_sliders_are_refused(alpha, theta):
 
 
 def test_the_drawing_names_both_gates():
-    words = " ".join(text.get_text() for text in starvation().axes[0].texts)
+    words = " ".join(text.get_text() for text in two_gates().axes[0].texts)
     assert "first gate" in words and "second gate" in words
 
 

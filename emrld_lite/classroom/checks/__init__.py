@@ -9,7 +9,9 @@ from .notebook_04 import assumption_numbers, performance_difference, visitation
 from .notebook_04_designs import break_the_substitution, tight_step
 from .notebook_05 import meta_gradient, supervised_meta_loss
 from .notebook_05_trust_region import conjugate_gradient, full_step
-from .notebook_06 import adaptation_step, surrogate, warm_start_step
+from .notebook_06 import adaptation_step, surrogate
+from .notebook_06_experiment import what_parts_add
+from .notebook_06_iteration import meta_loss
 from .notebook_07 import false_ahead_rate, interquartile_mean, late_rise
 from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
 from .values import agree
@@ -32,6 +34,7 @@ __all__ = [
     "log_density",
     "loitering_gain",
     "meta_gradient",
+    "meta_loss",
     "nearest_distance",
     "one_at_a_time",
     "performance_difference",
@@ -45,6 +48,6 @@ __all__ = [
     "surrogate",
     "tight_step",
     "visitation",
-    "warm_start_step",
+    "what_parts_add",
     "with_task",
 ]

@@ -1,4 +1,4 @@
-"""Checks of notebook 06: EMRLD.
+"""Checks of notebook 06: the adaptation step and the surrogate.
 
 The gradient is the point here, so the answer's exact derivative by theta is compared, not only its
 numbers. The reference is computed in double precision.
@@ -140,77 +140,6 @@ def _one_step(rl_loss: Loss, bc_loss: Loss, w_rl: float, w_bc: float, alpha: flo
         ),
     }
     return Right(step, numbers, graphs)
-
-
-@answered
-def warm_start_step(student: Student) -> None:
-    """Check EMRLD-WS: f(theta, rl_loss, bc_loss, w_rl, w_bc, alpha) -> theta_i, two steps in a row."""
-    for seed, (size, w_rl, w_bc, alpha, dtype) in enumerate(SETTINGS, start=60):
-        rl_loss, bc_loss, start = _losses(size, seed)
-        theta = start.to(dtype).requires_grad_()
-        asked = ask(student, theta, rl_loss, bc_loss, w_rl, w_bc, alpha)
-        right = _two_steps(rl_loss, bc_loss, w_rl, w_bc, alpha)
-        _compare(asked, start, right, "First one step on L^BC alone, then the step of EMRLD.")
-
-
-def _two_steps(rl_loss: Loss, bc_loss: Loss, w_rl: float, w_bc: float, alpha: float) -> Right:
-    """Return the two right steps, and the mistakes in numbers and in the graph."""
-
-    def both(theta: torch.Tensor) -> torch.Tensor:
-        return w_rl * rl_loss(theta) + w_bc * bc_loss(theta)
-
-    def warmed(theta: torch.Tensor, weight: float = 1.0, keep: bool = True) -> torch.Tensor:
-        return theta - alpha * weight * _slope(bc_loss, theta, keep)
-
-    def steps(
-        theta: torch.Tensor, first: bool = True, second: bool = True, weight: float = 1.0
-    ) -> torch.Tensor:
-        warm = warmed(theta, weight, first)
-        return warm - alpha * _slope(both, warm, second)
-
-    numbers = {
-        "that is EMRLD: the cloning step that comes first is missing.": (
-            lambda x: x - alpha * _slope(both, x)
-        ),
-        "that is the warm start alone: the adaptation step must follow it.": warmed,
-        "the second step must start from the warm-started parameters, not from theta.": (
-            lambda x: x - alpha * _slope(both, warmed(x))
-        ),
-        "the second gradient must be taken at the warm-started parameters.": (
-            lambda x: warmed(x) - alpha * _slope(both, x)
-        ),
-        "the paper's warm start has no weight: one plain step on L^BC.": (
-            lambda x: steps(x, weight=w_bc)
-        ),
-        "the warm start clones: its loss is L^BC, not L^RL.": lambda x: (
-            (x - alpha * _slope(rl_loss, x)) - alpha * _slope(both, x - alpha * _slope(rl_loss, x))
-        ),
-        "the order is turned: the cloning step comes first, EMRLD's step second.": lambda x: warmed(
-            x - alpha * _slope(both, x)
-        ),
-        "the first step climbs: it goes against the gradient.": lambda x: steps(x, weight=-1.0),
-        "the second step climbs: it goes against the gradient.": (
-            lambda x: warmed(x) + alpha * _slope(both, warmed(x))
-        ),
-    }
-    graphs = {
-        "right numbers, but the meta-gradient is first-order: both steps need create_graph=True.": (
-            lambda x: steps(x, False, False)
-        ),
-        "right numbers, but the warm start's gradient is cut off: it needs create_graph=True, "
-        "too.": lambda x: steps(x, False),
-        "right numbers, but the second gradient is cut off: it needs create_graph=True, too.": (
-            lambda x: steps(x, True, False)
-        ),
-        "right numbers, but the second step does not see theta through the warm start: do not "
-        "detach the warm-started parameters.": lambda x: _from_a_leaf(x, warmed(x), both, alpha),
-    }
-    return Right(steps, numbers, graphs)
-
-
-def _from_a_leaf(theta: torch.Tensor, warm: torch.Tensor, both: Loss, alpha: float) -> torch.Tensor:
-    """Return the step whose second gradient is taken at a detached copy of the warm start."""
-    return warm - alpha * _slope(both, warm.detach()).detach() + 0.0 * theta
 
 
 @answered

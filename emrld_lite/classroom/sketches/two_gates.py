@@ -12,7 +12,7 @@ FED, STARVED = "#0072B2", "#B03A00"
 LINE, BELOW = 3.3, 1.0  # heights of the way with rewards, and of what happens without
 
 
-def starvation() -> Figure:
+def two_gates() -> Figure:
     """Return a drawing of one meta-iteration of MAML, and of what each lack of a reward does to it."""
     figure, axes = plt.subplots(figsize=(9.4, 3.6))
     axes.set(xlim=(0, 13), ylim=(0, 4.6))

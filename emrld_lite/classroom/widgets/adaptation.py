@@ -3,80 +3,176 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import io
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import ipywidgets
 import matplotlib.pyplot as plt
 import torch
-from IPython.display import display
+from IPython.display import Image, display
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from ...adapt import Adaptation, adapt, warm_start
 from ...advantage import Score
 from ...demonstrations import Demonstrations
 from ...envs import Environment
-from ...experiments import plotting
+from ...experiments.plotting import LOOKS, demonstration
 from ...policy import Params
-from ...rollout import collect, episode_returns
+from ...rollout import Rollout, collect, episode_returns
+
+EPISODES = 20  # per task, as in training
+BEFORE = "#777777"  # colour of D^tr
+LARGEST_WEIGHT = 2.0
 
 
-def adaptation_slider(
-    environment: Environment,
-    meta_params: Params,
-    demonstrations: Demonstrations,
-    adaptation: Adaptation,
-    task: int = 0,
-    seed: int = 0,
-) -> None:
-    """Show sliders for w_rl, w_bc and the task, a box for the warm start, and the adapted policy's paths.
+class Weights(NamedTuple):
+    """What the sliders say about one adaptation."""
 
-    Moving a slider repeats the adaptation with the same draws, so that only the slider matters.
+    w_rl: float
+    w_bc: float
+    warm: bool
+
+
+class Adapter:
+    """Adapts one meta-policy to one task again and again; D^tr is collected once per task and start.
+
+    Every draw is the same whatever the weights, so that only the weights matter.
     """
 
-    def show(task: int, w_rl: float, w_bc: float, warm: bool) -> None:
-        chosen = dataclasses.replace(adaptation, warm_start=warm)
-        figure = adapted_paths(
-            environment, meta_params, demonstrations, chosen, seed, task, w_rl, w_bc
-        )
-        display(figure)
+    def __init__(
+        self,
+        environment: Environment,
+        meta_params: Params,
+        demonstrations: Demonstrations,
+        rule: Adaptation,
+        seed: int = 0,
+    ) -> None:
+        self.environment, self.meta_params = environment, meta_params
+        self.demonstrations, self.rule, self.seed = demonstrations, rule, seed
+        self.before = functools.cache(self._before)
 
-    weight = {"min": 0.0, "max": 2.0, "step": 0.1, "continuous_update": False}
-    ipywidgets.interact(
+    def _before(self, task: int, warm: bool) -> tuple[Rollout, torch.Tensor]:
+        """Return D^tr with its advantages, and the state of the generator after it."""
+        random = torch.Generator().manual_seed(self.seed)
+        one, rule = self.task(task), dataclasses.replace(self.rule, warm_start=warm)
+        start = warm_start(self.meta_params, one, rule)
+        collected = collect(self.environment, one.tasks, start, EPISODES, random)
+        return Score()(collected), random.get_state()
+
+    def task(self, task: int) -> Demonstrations:
+        """Return the task's demonstration."""
+        return self.demonstrations.take(slice(task, task + 1))
+
+    def after(self, task: int, weights: Weights) -> Rollout:
+        """Return the episodes after the adaptation; with both weights zero it is the start alone."""
+        before, state = self.before(task, weights.warm)
+        if not (weights.w_rl or weights.w_bc):
+            return before
+        rule = Adaptation(
+            weights.w_rl,
+            weights.w_bc,
+            weights.warm,
+            self.rule.adapt_lr,
+            self.rule.bc_reduction,
+            self.rule.log_density,
+        )
+        one, random = self.task(task), torch.Generator()
+        random.set_state(state)
+        adapted = adapt(self.meta_params, before, one, rule)
+        return collect(self.environment, one.tasks, adapted, EPISODES, random)
+
+
+def adaptation_sliders(adapter: Adapter, task: int = 0) -> ipywidgets.Widget:
+    """Return sliders for the task and both weights, a box for the warm start, and the picture they make.
+
+    The axes of a task are drawn once, and only what the weights change is drawn anew.
+    """
+    axes_of = functools.cache(functools.partial(_own_axes, adapter))
+    drawn: dict[int, list[Artist]] = {}
+
+    def show(task: int, w_rl: float, w_bc: float, warm: bool) -> None:
+        axes = axes_of(task)
+        for artist in drawn.pop(task, []):
+            artist.remove()
+        drawn[task] = _episodes(axes, adapter, task, Weights(w_rl, w_bc, warm))
+        png = io.BytesIO()
+        FigureCanvasAgg(axes.figure).print_png(png)
+        display(Image(png.getvalue(), alt=axes.get_title()))
+
+    weight = {"min": 0.0, "max": LARGEST_WEIGHT, "step": 0.1, "continuous_update": False}
+    last = len(adapter.demonstrations.tasks) - 1
+    return ipywidgets.interactive(
         show,
-        task=ipywidgets.IntSlider(
-            value=task, min=0, max=len(demonstrations.tasks) - 1, continuous_update=False
-        ),
-        w_rl=ipywidgets.FloatSlider(value=adaptation.w_rl, **weight),
-        w_bc=ipywidgets.FloatSlider(value=adaptation.w_bc, **weight),
-        warm=ipywidgets.Checkbox(value=adaptation.warm_start, description="warm start"),
+        task=ipywidgets.IntSlider(value=task, min=0, max=last, continuous_update=False),
+        w_rl=ipywidgets.FloatSlider(value=adapter.rule.w_rl, **weight),
+        w_bc=ipywidgets.FloatSlider(value=adapter.rule.w_bc, **weight),
+        warm=ipywidgets.Checkbox(value=adapter.rule.warm_start, description="warm start"),
     )
 
 
-def adapted_paths(
-    environment: Environment,
-    meta_params: Params,
-    demonstrations: Demonstrations,
-    adaptation: Adaptation,
-    seed: int,
-    task: int,
-    w_rl: float,
-    w_bc: float,
-) -> Figure:
-    """Return a picture of one task: the episodes of D^tr, and those after adapting with the given weights."""
-    random = torch.Generator().manual_seed(seed)
-    one = demonstrations.take(slice(task, task + 1))
-    start = warm_start(meta_params, one, adaptation)
-    before = Score()(collect(environment, one.tasks, start, 20, random))
-    after = before
-    if w_rl or w_bc:
-        chosen = dataclasses.replace(adaptation, w_rl=w_rl, w_bc=w_bc)
-        task_params = adapt(meta_params, before, one, chosen)
-        after = collect(environment, one.tasks, task_params, 20, random)
-    figure, axes = plt.subplots(figsize=(5, 3.4))
-    environment.draw_tasks(axes, one.tasks)
-    plotting.trajectories(before, axes, color="#BBBBBB", linestyle=":")
-    plotting.trajectories(after, axes)
-    first = "warm start, " if adaptation.warm_start else ""
-    weights = f"{first}w_rl = {w_rl:.1f}, w_bc = {w_bc:.1f}"
-    axes.set_title(f"{weights}: return {episode_returns(after).mean():.1f}")
+def adaptation_picture(adapter: Adapter, task: int, settings: Sequence[Weights]) -> Figure:
+    """Return a panel per setting: the episodes of D^tr in grey, those after the step in colour."""
+    columns = min(len(settings), 2)
+    rows = -(-len(settings) // columns)
+    figure, panels = plt.subplots(
+        rows, columns, figsize=(4.6 * columns, 3.1 * rows), sharex=True, sharey=True, squeeze=False
+    )
+    for axes, weights in zip(panels.flat, settings, strict=False):
+        _task(axes, adapter, task)
+        _episodes(axes, adapter, task, weights)
+        axes.label_outer()
     plt.close(figure)
     return figure
+
+
+def _own_axes(adapter: Adapter, task: int) -> Axes:
+    """Return axes with the task in a figure of their own, whose layout costs no time."""
+    figure = Figure(figsize=(4.6, 3.1), dpi=90, layout="none")
+    axes = figure.add_axes((0.13, 0.16, 0.84, 0.68))
+    _task(axes, adapter, task)
+    return axes
+
+
+def _task(axes: Axes, adapter: Adapter, task: int) -> None:
+    """Draw what no weight changes: the goal and the demonstration."""
+    one = adapter.task(task)
+    adapter.environment.draw_tasks(axes, one.tasks)
+    demonstration(one.states[0, 0, : int(one.lengths()[0])], axes)
+
+
+def _episodes(axes: Axes, adapter: Adapter, task: int, weights: Weights) -> list[Artist]:
+    """Draw what one setting does to one task, and return what was drawn beside the title."""
+    before, _ = adapter.before(task, weights.warm)
+    after = adapter.after(task, weights)
+    look = LOOKS["emrld-ws" if weights.warm else "emrld" if weights.w_bc else "maml"]
+    ends = after.states[0, torch.arange(EPISODES), after.mask[0].sum(-1).long() - 1]
+    marks = {"color": look["color"], "marker": look["marker"], "markersize": 4, "zorder": 4}
+    (last,) = axes.plot(ends[:, 0], ends[:, 1], linestyle="none", alpha=0.8, **marks)
+    axes.set_title(
+        f"w_rl = {weights.w_rl:.1f}, w_bc = {weights.w_bc:.1f}, "
+        f"{'warm start' if weights.warm else 'no warm start'}\n"
+        f"mean return {episode_returns(before).mean():.0f} before the step, "
+        f"{episode_returns(after).mean():.0f} after it",
+        fontsize=10,
+    )
+    return [
+        axes.add_collection(_paths(before, colors=BEFORE, linewidths=0.8)),
+        axes.add_collection(_paths(after, colors=look["color"], linewidths=0.9, alpha=0.7)),
+        last,
+    ]
+
+
+def _paths(rollout: Rollout, **look: object) -> LineCollection:
+    """Return the episodes of a rollout of one task as lines."""
+    lengths = rollout.mask[0].sum(-1).long()
+    paths = [
+        states[: int(length), :2].numpy()
+        for states, length in zip(rollout.states[0], lengths, strict=True)
+    ]
+    return LineCollection(paths, **look)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import matplotlib.pyplot as plt
+import numpy as np
 from IPython.display import display
 from matplotlib.figure import Figure
 
-from ...experiments import plotting
+from ...algorithms import ALGORITHMS
+from ...experiments import plotting, runs
 from ...train import Record
+
+UNLABELLED = {"A": "emrld-ws", "B": "emrld"}
 
 
 class LiveCurve:
@@ -20,6 +24,8 @@ class LiveCurve:
             every,
             target,
         )
+        self.warm_start = ALGORITHMS[algorithm].warm_start
+        self.after = f"{plotting.label(algorithm)} after the adaptation ($D^{{val}}$)"
         self.records: list[Record] = []
         self._handle = display(self._draw(), display_id=True)
 
@@ -38,9 +44,35 @@ class LiveCurve:
         axes.axhline(self.target, color="grey", linewidth=1, linestyle=(0, (1, 2)))
         if self.records:
             before = [record.return_before for record in self.records]
-            axes.plot(before, color="grey", linewidth=1, label="before adaptation")
-            plotting.learning_curves({self.algorithm: [self.records]}, axes)
+            first = "after the warm start" if self.warm_start else "before the adaptation"
+            axes.plot(before, color="#666666", linewidth=1.2, label=f"{first} ($D^{{tr}}$)")
+            plotting.banded_curves(
+                {self.after: [self.records]}, {self.after: plotting.LOOKS[self.algorithm]}, axes
+            )
         axes.set(xlim=(0, self.iterations), ylim=(-2, 85))
-        axes.set(xlabel="meta-iteration", ylabel="mean return")
+        axes.set(xlabel="meta-iteration", ylabel="mean return, twelve training tasks")
         plt.close(figure)
         return figure
+
+
+def unlabelled_panels() -> tuple[Figure, dict[str, float]]:
+    """Return EMRLD's and EMRLD-WS's stored curves in panels A and B, and each panel's last grey return.
+
+    Means over the seeds, before the adaptation step (grey, thin) and after it (black, thick); the grey
+    return is the mean of the last ten iterations.
+    """
+    figure, panels = plt.subplots(1, 2, figsize=(9, 3.2), sharey=True)
+    last = {}
+    for axes, (panel, algorithm) in zip(panels, UNLABELLED.items(), strict=True):
+        found = sorted(runs.SHIPPED.glob(f"point2d-optimal-{algorithm}-seed*"))
+        curves = [runs.load_run(folder).curve for folder in found]
+        before = [[row.return_before for row in curve] for curve in curves]
+        after = [[row.return_after for row in curve] for curve in curves]
+        axes.plot(np.mean(after, 0), color="black", label="after the adaptation step")
+        axes.plot(np.mean(before, 0), color="#777777", linewidth=1, label="before it ($D^{tr}$)")
+        axes.set(title=f"Panel {panel}", xlabel="meta-iteration", ylim=(-2, 85))
+        last[panel] = float(np.mean(before, 0)[-10:].mean())
+    panels[0].set_ylabel("mean return, twelve training tasks")
+    panels[0].legend(loc="lower right")
+    plt.close(figure)
+    return figure, last
