@@ -39,7 +39,7 @@ from emrld_lite.classroom import checks as check
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.classroom.predict import Guesses
 from emrld_lite.classroom.proof_drops import DROPS, MOVES, drops
-from emrld_lite.classroom.sketches.corridor import corridor
+from emrld_lite.classroom.sketches.goal_corridor import corridor
 from emrld_lite.classroom.sketches.swamp import two_states
 from emrld_lite.classroom.sketches.waterfall import waterfall
 from emrld_lite.classroom.widgets import bounds

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from emrld_lite.classroom.proof_drops import DROPS, MOVES, drops
-from emrld_lite.classroom.sketches.corridor import corridor
+from emrld_lite.classroom.sketches.goal_corridor import corridor
 from emrld_lite.classroom.widgets import bounds, swamp
 from emrld_lite.tabular import corridor_step, many_families, proof_lines, theorem_1
 from emrld_lite.tabular.proof import RULES
