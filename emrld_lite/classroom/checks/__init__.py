@@ -2,7 +2,7 @@
 
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
 from .notebook_02 import episodes_needed, loitering_gain, point_step, wheeled_step
-from .notebook_03 import nearest_distance, steps_before_reward, with_task
+from .notebook_03 import misleading, nearest_distance, steps_before_reward, with_task
 from .notebook_04 import (
     assumption_numbers,
     break_the_substitution,
@@ -34,6 +34,7 @@ __all__ = [
     "log_density",
     "loitering_gain",
     "meta_gradient",
+    "misleading",
     "nearest_distance",
     "one_at_a_time",
     "performance_difference",
