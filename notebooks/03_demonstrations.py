@@ -705,16 +705,16 @@ network = without_noise(clone(data))
 draws = torch.Generator().manual_seed(0)
 rollout = collect(point, data.tasks, network, 1, draws)
 way = rollout.states[0, 0, : int(rollout.mask.sum())]
-print(
-    f"demonstrations: return {min(paid):.1f} or more; the network's copy, by its mean action: ",
-    end="",
-)
-print(f"{episode_returns(rollout).item():.1f}")
-print(f"the averaging copy: {designs.averaging_copy(data, 0.1).total:.1f}; you said that it {said}")
+averaged = designs.averaging_copy(data, 0.1)
+print(f"demonstrations: return {min(paid):.1f} at least")
+print(f"network's copy: return {episode_returns(rollout).item():.1f}, by its mean action")
+print(f"averaging copy: return {averaged.total:.1f}; you said that it {said}")
 
 # %%
-averaged = designs.averaging_copy(data, 0.1).states
-ways = {"network's copy": (way, "#0072B2", "-"), "averaging copy": (averaged, "#D55E00", ":")}
+ways = {
+    "network's copy": (way, "#0072B2", "-"),
+    "averaging copy": (averaged.states, "#D55E00", ":"),
+}
 paths = data.states[0], data.mask[0].sum(-1).long()
 shown = [path[:length] for path, length in zip(*paths, strict=True)]
 figure, (plane, panel) = plt.subplots(1, 2, figsize=(10, 3.4))

@@ -128,7 +128,7 @@ def cloning_picture(copies: Copies, noise: float, cut: int) -> Figure:
 def _returns_table(copies: Copies, axes: Axes, row: int, column: int) -> None:
     """Draw the mean return of every noise and cut as a number on a shade, one of them framed."""
     returns = copies.returns()
-    axes.imshow(returns, cmap="Blues", vmin=0, vmax=100, aspect="auto")
+    axes.imshow(returns.numpy(), cmap="Blues", vmin=0, vmax=100, aspect="auto")
     for i, j in torch.cartesian_prod(torch.arange(len(NOISES)), torch.arange(len(CUTS))).tolist():
         colour = "white" if returns[i, j] > 60 else "black"
         axes.text(j, i, f"{returns[i, j]:.0f}", ha="center", va="center", color=colour)
