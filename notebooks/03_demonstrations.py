@@ -25,7 +25,7 @@
 # - design a data set whose copy fails, and predict how.
 #
 # **You need** notebooks 01 (behaviour cloning) and 02 (the environments). **Time** planned: 90 minutes with the exercises, of which the machine computes
-# two, and 5 minutes of further reading. **Paper** Section 4.1 and Appendix C of Rengarajan et al., NeurIPS 2022.
+# one to two, and 5 minutes of further reading. **Paper** Section 4.1 and Appendix C of Rengarajan et al., NeurIPS 2022.
 
 # %%
 from dataclasses import replace
@@ -626,7 +626,7 @@ guess.reveal("leaves", "sampled only; by its mean action it stays within a step 
 #
 # Try this: from the upper left corner, move only the cut until the copy fails. How few steps does it take? Then leave the cut where it is and move only the noise.
 
-# %%
+# %% tags=["widget-cloning", "nbval-ignore-output"]
 ready = copies_by_noise_and_cut()
 cloning_sliders(ready)
 
@@ -635,7 +635,7 @@ for noise in (0.0, 0.1):
     display(cloning_picture(ready, noise, 4))
 
 # %% [markdown] tags=["reveal"]
-# *Figure 8. The lesson of the sliders. Without the first four steps, the copy of a clean demonstration (top) does not know where to turn and scatters; a noise of 0.1 on the demonstrator's actions (bottom) makes a copy that finds to the demonstration and along it.*
+# *Figure 8. The lesson of the sliders. Noise and cut as in the titles: without the first four steps, the copy of a clean demonstration (top) does not know where to turn and scatters; a noise of 0.1 on the demonstrator's actions (bottom) makes a copy that finds to the demonstration and along it.*
 
 # %% tags=["widget-numbers", "reveal", "statistical", "tolerance:abs=25"]
 returns = ready.returns()  # (noise, cut)
