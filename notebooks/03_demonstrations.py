@@ -196,8 +196,10 @@ for axes, side, told in zip(panels, ("upper", "lower"), (goals, -goals), strict=
 panels[0].set_ylabel("y (length units)")
 plt.show()
 assert ends["upper"].max() < 0.05 and 0.1 < ends["lower"].mean() < 1.0
-nearest = f"it comes within {ends['lower'].mean():.2f} of them on average, at worst {ends['lower'].max():.2f}"
-guess.reveal("below", f"towards them, but not there: {nearest}")
+nearest = (
+    f"within {ends['lower'].mean():.2f} of them on average, at worst {ends['lower'].max():.2f}"
+)
+guess.reveal("below", nearest)
 print(f"             (of the goals that it knows: within {ends['upper'].mean():.2f})")
 
 # %% [markdown] tags=["reveal"]
@@ -324,7 +326,7 @@ for margin in (0.2, 0.1, 0.0):
     returns = replay(expert_data("point2d", goals, margin=margin))
     print(f"margin {margin:.1f}: return {returns.min():.1f} to {returns.max():.1f}")
 assert 0.8 <= returns.min() <= returns.max() < 1.0
-guess.reveal("margin", f"{returns.mean():.1f}: the last action that is kept leads into the disc")
+guess.reveal("margin", f"{returns.mean():.1f}")
 
 # %% [markdown] tags=["reveal"]
 # A state that lies outside of the disc, and less than a step (0.1) away from it, has an action that leads into it; the disc pays it once, between 0.8 and 1. With a margin of a step or more the replayed actions are paid nothing. This is why the recipes keep a margin.
@@ -418,7 +420,7 @@ assert wheeled_shares["optimal"]["mean action"] > 1.2 * wheeled_shares["optimal"
 assert wheeled_shares["optimal"]["mean action"] > wheeled_shares["suboptimal"]["mean action"]
 assert wheeled_shares["suboptimal"]["sampled"] > 30
 guess.reveal("good copy", f"{min(sampled):.1f} to {max(sampled):.1f} %, by environment")
-guess.reveal("bad copy", f"half or more: {wheeled_shares['suboptimal']['sampled']:.1f} %")
+guess.reveal("bad copy", f"{wheeled_shares['suboptimal']['sampled']:.1f} % of the optimal data's")
 
 # %% [markdown] tags=["reveal"]
 # - **Sampled**, no copy of optimal data has 85 % of its demonstrator's return. **By its mean action** the copy of TwoWheeled's optimal data gets back most of what it lacks: there the loss was the copy's own noise, not a failure of cloning.
@@ -454,7 +456,8 @@ for cut, removed in cuts.items():
 assert square["whole", "clean"]["mean action"] > 1.2 * square["whole", "clean"]["sampled"]
 assert square["whole", "noisy"]["sampled"] > 1.2 * square["whole", "clean"]["sampled"]
 assert max(square["cut", "clean"].values()) < 20 < 30 < min(square["cut", "noisy"].values())
-guess.reveal("four copies", "cut, clean")
+worst = min(square, key=lambda which: square[which]["sampled"])
+guess.reveal("four copies", ", ".join(worst))
 
 # %% [markdown] tags=["reveal"]
 # | | clean data | noisy data |
@@ -613,7 +616,10 @@ if measured_by_you:
     assert last["whole", "clean", "sampled"] > 1.5 * last["whole", "noisy", "sampled"]
     assert last["cut", "clean", "mean action"] > 1.2 * first["cut", "clean", "mean action"]
     assert last["cut", "noisy", "mean action"] < 0.7 * first["cut", "noisy", "mean action"]
-guess.reveal("leaves", "sampled only; by its mean action it stays within a step of them")
+    pair = [f"{way} {last['whole', 'clean', way]:.2f}" for way in ("mean action", "sampled")]
+    guess.reveal(
+        "leaves", f"distance after 16 steps: {', '.join(pair)}; a step is 0.11 long at most"
+    )
 
 # %% [markdown] tags=["reveal"]
 # Left, both copies start on their data. The copy of the clean data stays there as long as it acts by its mean; with its own noise it drifts away step by step, because small errors lead to states without data, where nobody showed the way back. This is
