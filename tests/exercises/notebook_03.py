@@ -24,6 +24,7 @@ def _clouds(draw: Draw) -> Question:
     return draw.normal(draw.whole(2, 6), size), draw.normal(draw.whole(2, 6), size)
 
 
+MANY_ANSWERS = ("misleading",)
 QUESTIONS: Questions = {
     "with_task": _tasks,
     "steps_before_reward": _cut,
@@ -63,3 +64,32 @@ def nearest_distance__stacked(states, data):
 def nearest_distance__numpy(states, data):
     gaps = states.numpy()[:, None] - data.numpy()[None]
     return np.linalg.norm(gaps, axis=-1).min(axis=1)
+
+
+def _turned(goal, angle):
+    x, y = goal.tolist()
+    return [
+        x * np.cos(angle) - y * np.sin(angle),
+        x * np.sin(angle) + y * np.cos(angle),
+    ]
+
+
+def misleading__loops_in_double_precision(goal, walk):
+    loop = [[0.3 * number for number in _turned(goal, angle)] for angle in (1.2, 2.2)]
+    return ([walk(*[*loop, [0.0, 0.0]] * 2, goal).double()], "stays behind")
+
+
+def misleading__beyond_the_goal_as_lists(goal, walk):
+    beyond = 2 * torch.tensor(_turned(goal, 0.5))
+    return [walk(beyond, goal).tolist()], "runs past"
+
+
+def misleading__several_arrays(goal, walk):
+    place = np.array(_turned(goal, 0.3))
+    return [walk(1.5 * place, goal).numpy(), walk(1.6 * place, goal).numpy()], "runs past"
+
+
+def misleading__a_loop_on_the_way(goal, walk):
+    half = 0.5 * goal
+    loop = [half + 0.3 * torch.tensor(_turned(goal, angle)) for angle in (1.2, 2.2)]
+    return (walk(half, *[*loop, half] * 2, goal),), "stays behind"

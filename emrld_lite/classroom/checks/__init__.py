@@ -4,7 +4,7 @@ from .grades import require
 from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
 from .notebook_02 import episodes_needed, loitering_gain, point_step
 from .notebook_02_experiments import agreement, steer
-from .notebook_03 import nearest_distance, steps_before_reward, with_task
+from .notebook_03 import misleading, nearest_distance, steps_before_reward, with_task
 from .notebook_04 import assumption_numbers, performance_difference, visitation
 from .notebook_04_designs import break_the_substitution, tight_step
 from .notebook_05 import meta_gradient, supervised_meta_loss
@@ -35,6 +35,7 @@ __all__ = [
     "loitering_gain",
     "meta_gradient",
     "meta_loss",
+    "misleading",
     "nearest_distance",
     "one_at_a_time",
     "performance_difference",

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import torch
 
+from ...demonstrations import Demonstrations
+from .. import designs
+from ..designs import ARRIVES, RUNS_PAST, STAYS
 from .answers import Student, Wrong, answered
 from .calls import ask
-from .values import as_tensor, close, draws, judge
+from .values import as_parts, as_tensor, close, draws, judge
 
 SINGLE = torch.float32
 
@@ -131,3 +136,69 @@ def _judge_nearest(value: torch.Tensor, states: torch.Tensor, data: torch.Tensor
         ] = every.min(0).values.sqrt()
     hint = "the numbers differ. For each state: the smallest Euclidean distance to a data point."
     judge(value, every.min(1).values.sqrt(), mistakes, hint)
+
+
+@answered
+def misleading(student: Student) -> None:
+    """Check the design: f(goal, walk) -> walks that all reach the goal, and how their copy fails."""
+    random = torch.Generator().manual_seed(34)
+    ends = []
+    for angle in (
+        0.4 + 0.3 * torch.rand(1, generator=random),
+        1.7 + torch.rand(1, generator=random),
+    ):
+        goal = 2 * torch.cat([angle.cos(), angle.sin()])
+        parts = as_parts(
+            ask(student, goal, designs.walk).answer,
+            2,
+            "a list of walks and a prediction, two parts",
+        )
+        data, worst = _demonstrations(goal, parts[0])
+        for width in (0.05, 0.1):
+            ends.append(designs.outcome(goal, designs.averaging_copy(data, width), worst))
+    _judge_prediction(parts[1], Counter(ends))
+
+
+def _demonstrations(goal: torch.Tensor, walks: object) -> tuple[Demonstrations, float]:
+    """Return the student's walks as data, with the smallest of their returns; all must reach the goal."""
+    what = "a list of walks, each of shape (time, 2)"
+    if isinstance(walks, torch.Tensor) and walks.dim() == 2:
+        raise Wrong("put the walk into a list, [walk(...)], also where there is only one.")
+    if not isinstance(walks, list | tuple | torch.Tensor) or not 1 <= len(walks) <= 4:
+        raise Wrong(f"expected {what}, one to four of them.")
+    taken, returns = [], []
+    for number, actions in enumerate(walks, start=1):
+        size = len(actions) if hasattr(actions, "__len__") else 0
+        if size == 0:
+            raise Wrong(f"expected {what}; walk {number} has no steps.")
+        taken.append(as_tensor(actions, (size, 2), f"walk {number}, two numbers per step").float())
+        played = designs.play(goal, taken[-1])
+        if not played.reached:
+            missed = float((played.states[-1] - goal).norm())
+            raise Wrong(
+                f"walk {number} does not reach its goal: it ends {missed:.2f} away after "
+                f"{len(played.rewards)} steps, of which there are at most 100."
+            )
+        returns.append(played.total)
+    if min(returns) < 10:
+        raise Wrong("a walk arrives so late that it is paid hardly anything; make it shorter.")
+    return designs.as_demonstrations(goal, taken), min(returns)
+
+
+def _judge_prediction(prediction: object, ends: Counter[str]) -> None:
+    """Compare the prediction with how the copies end."""
+    if not isinstance(prediction, str) or prediction not in (STAYS, RUNS_PAST):
+        raise Wrong(f'the prediction is one of "{STAYS}" and "{RUNS_PAST}".')
+    total = ends.total()
+    if ends[ARRIVES]:
+        raise Wrong(
+            f"the copy arrives in {ends[ARRIVES]} of {total} trials: it still finds the way. At which "
+            "places does the average of the actions differ from where the demonstrator ends up?"
+        )
+    if len(ends) > 1:
+        raise Wrong(
+            f"the copy fails, but now in one way and now in the other ({STAYS} in {ends[STAYS]} of "
+            f"{total} trials); make the design clearer."
+        )
+    if not ends[prediction]:
+        raise Wrong(f"the copy fails, but not as you predicted: it {next(iter(ends))}.")
