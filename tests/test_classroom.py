@@ -176,6 +176,14 @@ def test_an_answer_that_does_not_end_is_told(monkeypatch, capsys):
     assert "had not ended" in capsys.readouterr().out
 
 
+def test_waiting_for_others_costs_no_time_but_waiting_for_ever_does(monkeypatch):
+    with patience.limited(0.2):
+        time.sleep(0.5)  # as long as another program has the processor
+    monkeypatch.setattr(patience, "WAITING", 2.0)
+    with pytest.raises(patience.TimeUp), patience.limited(0.2):
+        time.sleep(30)
+
+
 def test_a_time_limit_leaves_the_timer_of_others_running():
     before = patience.signal.setitimer(patience.signal.ITIMER_REAL, 1000)
     try:
