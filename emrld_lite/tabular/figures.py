@@ -36,27 +36,11 @@ LABELS = {
     "group_1": "first group",
     "group_2": "second group",
 }
-BARS = ("improvement", "group_1", "group_2", "bound", "bound_average_delta", "trust_region")
 
 
 def everything(family: Family) -> dict[str, Tensor]:
     """Return all parts and bounds of a family by name."""
     return as_dict(theorem_1(*family)) | as_dict(related_bounds(*family))
-
-
-def visits(family: Family, axes: Sequence[Axes]) -> None:
-    """Draw d of the old, new and demonstrating policy over the states, one pair of axes per task."""
-    mdps, _, old, new, demo = family
-    hatches = {"old": "", "new": "//", "demonstrator": ".."}
-    shades = ("#DDDDDD", "#9BC7E4", "#555555")
-    for task, panel in enumerate(axes):
-        for place, (name, policy) in enumerate(zip(hatches, (old, new, demo), strict=True)):
-            share = mdps[task].visitation(policy[task])
-            at = np.arange(len(share)) + 0.27 * (place - 1)
-            panel.bar(at, share, 0.25, label=name, color=shades[place], hatch=hatches[name])
-        panel.set(title=f"task {task}", xlabel="state", xticks=range(mdps[task].states))
-    axes[0].set_ylabel("visitation d (sums to 1)")
-    axes[-1].legend()
 
 
 def against_improvement(improvement: Tensor, bound: Tensor, axes: Axes, name: str) -> None:
@@ -72,29 +56,6 @@ def against_improvement(improvement: Tensor, bound: Tensor, axes: Axes, name: st
     ticks = [-1e3, -10, -0.1, 0.1, 10, 1e3]
     axes.set(xlim=(-3e3, 3e3), ylim=(-3e5, 3e3), xticks=ticks, yticks=[-1e5, *ticks])
     axes.set(xlabel="improvement (return)", title=LABELS[name])
-
-
-def bound_bars(family: Family, axes: Axes) -> None:
-    """Draw improvement, both groups and the bounds of one family as bars, with their numbers."""
-    values = everything(family)
-    for place, name in enumerate(BARS):
-        height = float(values[name])
-        axes.bar(place, height, color=LOOKS[name]["color"], hatch="//" if "group" in name else "")
-        axes.annotate(
-            f"{height:.2f}",
-            (place, height),
-            (0, 3 if height >= 0 else -12),
-            textcoords="offset points",
-            ha="center",
-            fontsize=9,
-        )
-    axes.axhline(0, color="black", linewidth=0.8)
-    axes.axhline(float(values["improvement"]), color="black", linewidth=0.8, linestyle=(0, (1, 2)))
-    axes.set_yscale("symlog", linthresh=1)
-    axes.set(ylim=(-200, 60), ylabel="return (symmetric log)", xticks=range(len(BARS)))
-    ticks = [-100, -10, -1, 0, 1, 10]
-    axes.set_yticks(ticks, [str(tick) for tick in ticks])
-    axes.set_xticklabels([LABELS[name].replace(" ", "\n", 1) for name in BARS], fontsize=9)
 
 
 def along(
