@@ -44,6 +44,13 @@ def missing() -> str:
 needed = pytest.mark.skipif(bool(missing()), reason=missing())
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say aloud at the end, once, that no browser test was run and why."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    if missing() and any(missing() in str(report.longrepr) for report in skipped):
+        terminalreporter.write_line(missing(), yellow=True, bold=True)
+
+
 class Seen(NamedTuple):
     """A page of the browser, and what it asked for or complained of while it was open."""
 

@@ -137,7 +137,8 @@ def test_a_student_is_told_what_is_wrong_and_then_that_it_is_right(opened):
 
 def test_a_cell_that_fails_would_be_seen(opened):
     cells = [nbformat.v4.new_code_cell(source) for source in FAILING]
-    lab = opened(nbformat.v4.new_notebook(cells=cells), "failing.ipynb")
+    metadata = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    lab = opened(nbformat.v4.new_notebook(cells=cells, metadata=metadata), "failing.ipynb")
     lab.run_all()
     assert lab.failures.count() == 1
     assert lab.prompt(lab.cells.nth(2)).text_content() == "[ ]:"
