@@ -1,13 +1,20 @@
 """Small problems that the tests share."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import jaxtyping
 import numpy as np
 import pytest
 import torch
+from filelock import FileLock
 
 from emrld_lite import demonstrations, policy
 from emrld_lite.envs import make
 from emrld_lite.rollout import Rollout
+
+BOOK = Path(__file__).resolve().parent.parent / "notebooks/book.py"
 
 
 def without_time(curve):
@@ -60,6 +67,19 @@ def random_demonstrations(seed, tasks=3, longest=5, dtype=torch.float64, quality
         quality=quality,
     )
     return made.map(lambda values: values.to(dtype))
+
+
+@pytest.fixture(scope="session")
+def book(tmp_path_factory, worker_id):
+    """Return the folder of a book made from the committed notebooks, once for all who test it."""
+    shared = tmp_path_factory.getbasetemp()
+    if worker_id != "master":  # pytest-xdist gives each worker a folder in the shared one
+        shared = shared.parent
+    with FileLock(shared / "book.lock"):
+        if not (shared / "book").exists():
+            command = [sys.executable, BOOK, "--out", shared / "book"]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return shared / "book"
 
 
 @pytest.fixture

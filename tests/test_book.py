@@ -35,14 +35,6 @@ def module():
 
 
 @pytest.fixture(scope="module")
-def book(module, tmp_path_factory):
-    """Return the folder of a book made from the committed notebooks."""
-    out = tmp_path_factory.mktemp("book")
-    module.write_book(out)
-    return out
-
-
-@pytest.fixture(scope="module")
 def pages(book):
     """Return every page, parsed, by its file name."""
     return {

@@ -17,3 +17,4 @@ function reach() {
 document.addEventListener("toggle", reach, true);
 window.addEventListener("resize", reach);
 document.fonts.ready.then(reach);
+document.fonts.addEventListener("loadingdone", reach);
