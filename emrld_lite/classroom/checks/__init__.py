@@ -1,6 +1,7 @@
 """Checks of the exercises, one module per notebook: ``check.<exercise>(student_function)``."""
 
-from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
+from .notebook_01 import advantages, discounted_returns, log_density
+from .notebook_01_gradient import best_constant, compare_baselines, policy_gradient
 from .notebook_02 import episodes_needed, loitering_gain, point_step, wheeled_step
 from .notebook_03 import nearest_distance, steps_before_reward, with_task
 from .notebook_04 import (
@@ -22,7 +23,9 @@ __all__ = [
     "agree",
     "assumption_numbers",
     "averaged_log_density",
+    "best_constant",
     "break_the_substitution",
+    "compare_baselines",
     "conjugate_gradient",
     "discounted_returns",
     "episodes_needed",
@@ -38,7 +41,7 @@ __all__ = [
     "one_at_a_time",
     "performance_difference",
     "point_step",
-    "reinforce_loss",
+    "policy_gradient",
     "seed_differences",
     "steps_before_reward",
     "supervised_meta_loss",
