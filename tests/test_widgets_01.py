@@ -96,6 +96,14 @@ def test_bias_ends_and_noise_begins_with_lambda(differences):
         assert all(one < other for one, other in pairwise(noises))
 
 
+def test_averaging_takes_out_noise_by_the_root_of_the_count(differences):
+    for gae_lambda in (0.5, 0.95, 1.0):
+        every = differences.estimates["the linear baseline", gae_lambda]
+        spread = float(every.reshape(100, 4).mean(1).std())
+        noise_of_four = differences.error_parts("the linear baseline", gae_lambda, 4)[1]
+        assert spread == pytest.approx(noise_of_four, rel=0.25)
+
+
 def test_without_a_value_function_lambda_zero_sees_one_reward(differences):
     """The first rewards differ by 2.1 - 1.9, whatever comes after."""
     seen = differences.exact + differences.biases["zero", 0.0]
@@ -119,7 +127,7 @@ def test_estimates_are_weighted_sums_of_residuals(params, differences):
     powers = (gae.DISCOUNT * 0.9) ** torch.arange(residuals.shape[-1]).double()
     towards, away = (residuals * powers).sum(-1)
     found = differences.estimates["the linear baseline", 0.9]
-    assert torch.allclose(found, towards - away.roll(1), atol=1e-3)
+    assert torch.allclose(found, towards - away.roll(200), atol=1e-3)
 
 
 def test_the_clouds_show_every_estimate():

@@ -95,7 +95,7 @@ def advantage_differences(
             )
             towards, away = torch.as_tensor(found).double()[:, 0].reshape(2, pairs)
             biases[name, gae_lambda] = float((towards - away).mean()) - exact
-            estimates[name, gae_lambda] = towards - away.roll(1)  # no draws in common
+            estimates[name, gae_lambda] = towards - away.roll(pairs // 2)  # draws of others
     return Differences(exact, estimates, biases)
 
 
@@ -132,7 +132,7 @@ def gae_picture(
     check_choice("values", values, VALUES)
     nearest = min(LAMBDAS, key=lambda value: abs(value - gae_lambda))
     figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.2), layout="none")  # which is slow
-    figure.subplots_adjust(left=0.07, right=0.99, bottom=0.16, top=0.9, wspace=0.17)
+    figure.subplots_adjust(left=0.08, right=0.99, bottom=0.16, top=0.9, wspace=0.2)
     _estimates(differences, nearest, values, count, left)
     _errors(differences, nearest, values, count, right)
     plt.close(figure)
@@ -144,17 +144,19 @@ def _estimates(
 ) -> None:
     every = differences.estimates[values, gae_lambda]
     means = every[: len(every) // count * count].reshape(-1, count).mean(1)
-    density, edges = np.histogram(means, bins=np.linspace(-12, 20, 65), density=True)
-    axes.stairs(density, edges, fill=True, color="#56B4E9")
     exact, bias = differences.exact, differences.biases[values, gae_lambda]
+    reach = max(4.2, 3 * differences.error_parts(values, 1.0, count)[1])  # the same for all lambdas
+    density, edges = np.histogram(means, bins=np.linspace(exact - reach, exact + reach, 60))
+    axes.stairs(density / len(means), edges, fill=True, color="#56B4E9")
     axes.axvline(exact, color="black", label=f"exact: {exact:.2f}")
     axes.axvline(
         exact + bias, color="#D55E00", linestyle="--", label=f"expected: {exact + bias:.2f}"
     )
-    axes.set(xlabel="towards less away (return)", ylabel="density", xlim=(-12, 20))
+    axes.set(xlabel="towards less away (return)", ylabel="share of the estimates")
+    axes.set(xlim=(exact - reach, exact + reach))
     averaged = f", means of {count} pairs" if count > 1 else ", one pair each"
     axes.set_title(f"lambda {gae_lambda:g}{averaged}", fontsize=10)
-    axes.legend(loc="upper right")
+    axes.legend(loc="upper left")
 
 
 def _errors(
@@ -168,6 +170,7 @@ def _errors(
     best = LAMBDAS.index(best_lambda(differences, values, count))
     axes.plot(LAMBDAS[best], total[best], "*", color="black", markersize=11)
     axes.axvline(gae_lambda, color="grey", linewidth=1)
-    axes.set(xlabel="lambda", ylabel="error (return)", ylim=(0, 6), xticks=[0, 0.5, 1])
+    axes.set(xlabel="lambda", ylabel="error (return)", xticks=[0, 0.5, 1])
+    axes.set_ylim(0, 1.3 * total.max())
     axes.set_title(f"V is {values}: least error at {LAMBDAS[best]:g}", fontsize=10)
     axes.legend(loc="upper left", ncols=3)
