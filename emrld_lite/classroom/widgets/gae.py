@@ -156,7 +156,7 @@ def _estimates(
     axes.set(xlim=(exact - reach, exact + reach))
     averaged = f", means of {count} pairs" if count > 1 else ", one pair each"
     axes.set_title(f"lambda {gae_lambda:g}{averaged}", fontsize=10)
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper right")
 
 
 def _errors(
