@@ -19,23 +19,31 @@
 #
 # **You will be able to**
 #
-# - write the log-density of a Gaussian policy and sample from it,
-# - derive the REINFORCE gradient, check it against a number it cannot have copied, and say what nearly all code drops from it,
-# - make it quieter with a baseline, measure by how much, and write generalised advantage estimation (GAE),
-# - clone a demonstrated path, and see what the clone does at the path's end.
+# - write the log-density of a Gaussian policy, and train and clone policies with it,
+# - derive the REINFORCE gradient with a pencil, and check it against a number it cannot have copied,
+# - design an experiment that measures how noisy a gradient is, and judge what a baseline is worth,
+# - clone a demonstrated path, and say what the clone does at the path's end.
 #
-# **You need** calculus, a little probability, and Python with tensors. **Time** about 75 minutes;
-# all computing together takes under a minute on two cores. **Paper** Section 2 (Preliminaries) and
+# **You need** calculus, a little probability, and Python with tensors. **Time** planned: 90 minutes, the exercises included,
+# and 20 more of further reading (section 7); all computing together takes about two minutes on two cores. **Paper** Section 2 (Preliminaries) and
 # Appendix C (Experimental Setup) of Rengarajan et al., *Enhanced Meta Reinforcement Learning using
 # Demonstrations in Sparse Reward Environments*, NeurIPS 2022.
+#
+# What you write, you use: your log-density, your returns and your experiment produce the figures below. Until yours is right, the workbook's own steps in.
 
 # %%
+import math
+
 import matplotlib.pyplot as plt
 import torch
 
 from emrld_lite import advantage, losses, policy
 from emrld_lite.classroom import checks as check
+from emrld_lite.classroom import noise
 from emrld_lite.classroom.clock import Clock
+from emrld_lite.classroom.predict import Guesses
+from emrld_lite.classroom.sketches.causality import what_an_action_changes
+from emrld_lite.classroom.widgets import exploration, gae
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.demonstrators import cloning
 from emrld_lite.envs import make
@@ -43,17 +51,20 @@ from emrld_lite.envs.point2d import STEP_LIMIT, displacement
 from emrld_lite.experiments import plotting
 from emrld_lite.rollout import collect, episode_returns
 
+# %%
 plotting.use_style()
 torch.set_num_threads(1)
+guess = Guesses()
 clock = Clock(
     {
-        "a policy is a distribution": 15,
-        "the mean is a network": 10,
-        "episodes and returns": 10,
-        "the REINFORCE gradient": 20,
-        "a baseline and GAE": 10,
+        "a policy is a distribution": 12,
+        "the mean is a network": 5,
+        "episodes and returns": 13,
+        "the REINFORCE gradient": 28,
+        "a baseline": 22,
         "behaviour cloning": 10,
-    }
+    },
+    further={"generalised advantage estimation": 20},
 )
 
 # %% [markdown]
@@ -68,19 +79,23 @@ clock = Clock(
 # independent given the state.
 #
 # **Predict first.** The point robot of this workbook moves by $0.1\,a$ per step. The environment clips each component of
-# $a$ to $[-1, 1]$ and then shortens a move that is longer than 0.1. With $\mu = 0$ and $\sigma = 1$, what share of the drawn
-# actions does it alter: a third, a half, more?
+# $a = (a_1, a_2)$ to $[-1, 1]$ and then shortens a move that is longer than 0.1. With $\mu = 0$ and $\sigma = 1$, which share of the drawn
+# actions does it alter?
 
 # %%
 clock.at("a policy is a distribution")
+guess.ask("altered", "share of the drawn actions that are altered, %")
+
+# %% tags=["reveal"]
 random = torch.Generator().manual_seed(0)
 drawn = torch.randn(10_000, 2, generator=random)  # (sample, action), mu = 0 and sigma = 1
 moves = displacement(drawn, "at-most")  # what the environment makes of them
-altered = ((moves - STEP_LIMIT * drawn).norm(dim=1) > 1e-6).float().mean()
-assert abs(altered - 0.607) < 0.03  # P(|a| > 1) = exp(-1/2) for two standard normal components
-print(f"share of the actions that is altered: {altered:.2f}; exp(-1/2) is 0.607")
+altered = float(((moves - STEP_LIMIT * drawn).norm(dim=1) > 1e-6).float().mean())
+exact = exploration.altered_share(1.0)
+assert abs(exact - math.exp(-0.5)) < 1e-9 and abs(altered - exact) < 0.03
+guess.reveal("altered", f"{100 * altered:.0f} % of these draws, {100 * exact:.1f} % of all")
 
-# %%
+# %% tags=["reveal"]
 figure, axes = plt.subplots(figsize=(4.2, 3.6))
 axes.scatter(*drawn[:1500].T, s=4, alpha=0.4, color="#56B4E9", label="drawn actions")
 turn = torch.linspace(0, 2 * torch.pi, 200)
@@ -90,31 +105,27 @@ axes.set_aspect("equal")
 axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 plt.show()
 
-# %% [markdown]
-# *Figure 1. Actions drawn with $\sigma = 1$ (dots) and the disc of the moves that the robot can make (circle).*
+# %% [markdown] tags=["reveal"]
+# *Figure 1. Actions drawn with $\sigma = 1$ (dots) and the disc of the moves that the robot can make (circle): most of the dots lie outside of it.*
 #
-# Six actions of ten lie outside of the disc, and the environment alters them. We keep the action *as drawn*: its density is a
-# Gaussian's, which the altered action's is not, and densities are what gradients need. Clipping and shortening
+# An action is altered when it lies outside of the disc of radius 1, and the length of two independent standard normal components is above 1 with probability $e^{-1/2}$.
+# We keep the action *as drawn*: its density is a Gaussian's, which the altered action's is not, and densities are what gradients need. Clipping and shortening
 # happen inside the environment.
 
 # %% [markdown]
 # ### Exercise 1 · The log-density of a joint action
 #
-# *Difficulty 1 of 3, 5 minutes.* One dimension has the density
+# *Difficulty 1 of 3, planned for 5 minutes.* One dimension has the density
 # $\frac{1}{\sigma\sqrt{2\pi}} \exp\!\big(-\frac{(a-\mu)^2}{2\sigma^2}\big)$. Write the **logarithm** of
 # the density of the whole action. You get $\log\sigma$ rather than $\sigma$: any real number is then
-# a valid parameter.
+# a valid parameter. Stay in torch: sections 4 to 6 differentiate what you write.
 #
 # <details><summary>Hint 1: I do not know where to start</summary>
 # Take the logarithm of the one-dimensional density: it has three terms.
 # </details>
 #
 # <details><summary>Hint 2: my numbers have one axis too many</summary>
-# Independent dimensions multiply their densities, so their logs add: sum over the last axis.
-# </details>
-#
-# <details><summary>Hint 3: nearly the solution</summary>
-# $\sum_j \big[-\tfrac12 \big(\tfrac{a_j-\mu_j}{\sigma_j}\big)^2 - \log\sigma_j - \tfrac12\log 2\pi\big]$
+# Independent dimensions multiply their densities. What does the logarithm make of a product?
 # </details>
 
 
@@ -129,13 +140,23 @@ def log_density(mean, log_sigma, actions):
 
 
 # %%
-if check.log_density(log_density):
-    ours = log_density(torch.zeros(4, 2), torch.ones(4, 2), drawn[:4])
-    package = policy.log_density(policy.Gaussian(torch.zeros(4, 2), torch.ones(4, 2)), drawn[:4])
-    assert torch.allclose(ours, package)
-    print("Your function gives the same numbers as emrld_lite.policy.log_density.")
+checked = check.log_density(log_density)
+
+
+def package_density(mean, log_sigma, actions):
+    """Return the same numbers by the package, which keeps mean and log sigma together."""
+    return policy.log_density(policy.Gaussian(mean, log_sigma), actions)
+
+
+density = log_density if checked else package_density  # until yours is right, the package's
+given = torch.zeros(3, 2), torch.ones(3, 2), drawn[:3]
+print("density:", [f"{float(value):.3f}" for value in density(*given)])
+print("package:", [f"{float(value):.3f}" for value in package_density(*given)])
+assert check.agree(density(*given), package_density(*given))
 
 # %% [markdown]
+# A sum over the dimensions, since the logarithm of a product is a sum. Wherever a log-density is needed in this notebook, `density` is called: yours.
+#
 # ## 2 · The mean is a network
 #
 # The mean $\mu_\theta(s)$ is a multilayer perceptron: two hidden layers of 100 units, each a matrix
@@ -161,8 +182,9 @@ def network_mean(params, states):
 
 states = torch.randn(5, 2, generator=random)
 package = policy.mean(params, states[None])[0]  # the package wants a leading task axis
-assert torch.allclose(network_mean(params, states), package, atol=1e-6)
-print("Six lines of matrix algebra equal emrld_lite.policy.mean.")
+apart = (network_mean(params, states) - package).abs().max()
+assert apart < 1e-6
+print(f"largest difference from emrld_lite.policy.mean: {apart:.5f}")
 
 # %% [markdown]
 # The package's version does the same for many tasks at once. Its axes are always
@@ -175,49 +197,57 @@ print("Six lines of matrix algebra equal emrld_lite.policy.mean.")
 # **Point2D Navigation** (Appendix B): a point starts at the origin and wants to reach a goal at
 # distance 2 within 100 steps of length at most 0.1. Notebook 02 builds it from its formula; here we
 # use it. For the first half of this notebook we take the *dense* reward $R_t = -d_{t+1}$, where
-# $d_{t+1}$ is the distance to the goal after the step. The sparse reward of the paper comes in the
-# end.
+# $d_{t+1}$ is the distance to the goal after the step. The sparse reward of the paper comes in section 6.
 #
-# **Predict first.** How far from the start does an untrained policy end up after 100 steps?
+# **Predict first.** How far from the start is an untrained policy after 100 steps, on average? And if $\sigma$ were ten times as large?
 
 # %%
 clock.at("episodes and returns")
+guess.ask("distance", "mean distance from the start after 100 steps, length units")
+guess.ask("wider", "with sigma 10", ["ten times as far", "about three times", "hardly farther"])
+
+# %% tags=["reveal", "tolerance:abs=0.05"]
 environment = make("point2d", reward="dense")
 goal = torch.tensor([[0.0, 2.0]])  # (task, 2): one task
 untrained = collect(environment, goal, params, episodes=20, random=random)
 for name in ("states", "actions", "rewards", "mask"):
     print(f"{name:8} {tuple(getattr(untrained, name).shape)}")
-
-# %%
-figure, axes = plt.subplots(figsize=(5, 3.6))
-environment.draw_tasks(axes, goal)
-plotting.trajectories(untrained, axes, episodes=20)
-axes.plot(0, 0, marker="x", color="black", markersize=8, zorder=5)  # over the paths
-axes.set_title("an untrained policy")
-plt.show()
-distance = untrained.states[0, :, -1].norm(dim=-1).mean()
-assert distance < 1.9
-print(f"mean distance from the start after 100 steps: {distance:.2f}; the goal is 2 away")
+distance = float(untrained.states[0, :, -1].norm(dim=-1).mean())
+ends = exploration.measured_spread(params)
+spread = dict(zip(ends.sigmas, ends.distances, strict=True))
+assert distance < 1.2 and spread[10.0] < 1.3 * spread[1.0]
+guess.reveal("distance", f"{distance:.2f}; the goal is 2 away")
+wide, usual = spread[10.0], spread[1.0]
+guess.reveal("wider", f"the ends of the paths scatter by {wide:.2f}, with sigma 1 by {usual:.2f}")
 
 # %% [markdown]
-# *Figure 2. Twenty episodes of an untrained policy (lines), the start (cross), the goal (star) and the
-# region around it in which the paper's sparse reward is paid (disc).*
+# **Turn it yourself.** The slider sets $\sigma$; the policy's mean and the random draws stay. What becomes of the paths when $\sigma$ is tiny? Why does a huge $\sigma$ not help?
+
+# %% tags=["nbval-ignore-output"]
+exploration.exploration_sliders(params, ends)
+
+# %% tags=["reveal"]
+exploration.exploration_picture(params, ends, sigma=1.0)
+
+# %% [markdown] tags=["reveal"]
+# *Figure 2. Left: twenty episodes of the untrained policy (lines), the start (cross), a goal (star) and the region around it in which the paper's sparse reward is paid (disc). Right: how far the paths' ends scatter (solid: formula, dots: measured) and which share of the actions is altered (dotted), for every $\sigma$; the dashed line is the $\sigma$ of the left panel. The scatter stops growing where nearly all actions are altered.*
 #
-# The paths wander about: steps that point in random directions mostly cancel. None of the paths is
-# good, but some end nearer to the goal than others, and that difference is all a policy gradient
-# needs.
-#
+# A hundred steps of length $\ell$ in independent directions lead $10\,\ell$ away, not $100\,\ell$: variances add, distances do not. A step is never longer than 0.1, so the scatter is never above 1, whatever $\sigma$ is.
+# A large $\sigma$ therefore only makes the direction random; a tiny one makes all paths the same, wherever the mean happens to lead. No $\sigma$ takes the robot to the goal. But some paths end nearer to it than others, and that difference is all
+# that a policy gradient needs.
+
+# %% [markdown]
 # ### Exercise 2 · Discounted returns
 #
-# *Difficulty 1 of 3, 5 minutes.* The *return* from time $t$ is the discounted sum of the rewards still
-# to come, $G_t = \sum_{k \ge t} \gamma^{k-t} R_k$, with the discount $\gamma < 1$ (0.95 in the paper's Table 1).
+# *Difficulty 1 of 3, planned for 5 minutes.* The *return* from time $t$ is the discounted sum of the rewards still
+# to come, $G_t = \sum_{k \ge t} \gamma^{k-t} R_k$, with the discount $\gamma < 1$ (0.95 in the paper's Table 1). Make it for all steps of all episodes, without a double loop over time.
 #
 # <details><summary>Hint 1: a double loop feels clumsy</summary>
-# Write $G_t$ in terms of $G_{t+1}$: a single loop backwards in time is enough.
+# How does $G_t$ follow from $G_{t+1}$?
 # </details>
 #
-# <details><summary>Hint 2: nearly the solution</summary>
-# $G_t = R_t + \gamma\, G_{t+1}$, starting from $G_T = 0$ after the last step.
+# <details><summary>Hint 2: where do I begin?</summary>
+# At the end: after the last step nothing is to come. Walk backwards in time, all episodes at once.
 # </details>
 
 
@@ -235,181 +265,212 @@ def discounted_returns(rewards, discount):
 
 
 # %%
-if check.discounted_returns(discounted_returns):
-    ours = discounted_returns(untrained.rewards[0], 0.95)
-    package = advantage.discounted_returns(untrained.rewards, 0.95)[0]
-    assert torch.allclose(ours, package)
-    print("Your function gives the same numbers as emrld_lite.advantage.discounted_returns.")
+checked = check.discounted_returns(discounted_returns)
+
+
+def package_returns(rewards, discount):
+    """Return the same by the package, which wants a leading task axis."""
+    return advantage.discounted_returns(rewards[None], discount)[0]
+
+
+returns_to_go = discounted_returns if checked else package_returns
+
+
+def returns_of(rollout):
+    """Return G_t of every step, (task, episode, time), by your function; gamma = 0.95."""
+    flat = torch.as_tensor(returns_to_go(rollout.rewards.flatten(0, 1), 0.95)).float()
+    return flat.reshape(rollout.rewards.shape)
+
+
+package = advantage.discounted_returns(untrained.rewards, 0.95)
+assert check.agree(returns_of(untrained), package)
+print(f"mean return from the start: {returns_of(untrained)[..., 0].mean():.2f}")
+print(f"the package's:              {package[..., 0].mean():.2f}")
 
 # %% [markdown]
 # ## 4 · The REINFORCE gradient
 #
-# We want $\nabla_\theta J(\theta)$, where $J(\theta) = \mathbb E_{\tau \sim \pi_\theta}[G(\tau)]$ is the expected
-# return of a trajectory $\tau = (s_0, a_0, s_1, \dots)$ with the density $p_\theta(\tau)$, and $G(\tau) = G_0$. The difficulty: $\theta$ sits in the *distribution*,
-# not in $G$. Three moves get it out.
+# We want $\nabla_\theta J(\theta)$, where $J(\theta) = \mathbb E_{\tau \sim p_\theta}[G(\tau)]$ is the expected
+# return of a trajectory $\tau = (s_0, a_0, s_1, a_1, \dots)$ and $G(\tau) = \sum_t \gamma^t R_t$. The trajectory has the density
 #
-# | move | because |
-# |---|---|
-# | $\nabla_\theta J = \int G(\tau)\, \nabla_\theta p_\theta(\tau)\, d\tau$ | $G(\tau)$ does not depend on $\theta$ |
-# | $\hphantom{\nabla_\theta J} = \mathbb E_\tau\big[G(\tau)\, \nabla_\theta \log p_\theta(\tau)\big]$ | $\nabla p = p\, \nabla \log p$ |
-# | $\hphantom{\nabla_\theta J} = \mathbb E_\tau\big[\sum_t \gamma^t\, G_t\, \nabla_\theta \log \pi_\theta(a_t \mid s_t)\big]$ | dynamics do not depend on $\theta$; rewards before $t$ do not depend on $a_t$ |
+# $$p_\theta(\tau) = \rho(s_0)\, \prod_t \pi_\theta(a_t \mid s_t)\, P(s_{t+1} \mid s_t, a_t),$$
 #
-# The last move has two parts. $\log p_\theta(\tau)$ is a sum over the steps, and only its terms $\log \pi_\theta(a_t \mid s_t)$ contain $\theta$. Their gradient
-# $\nabla_\theta \log \pi_\theta(a \mid s)$ is called the **score**, and its expectation is zero, since $\mathbb E_a[\nabla_\theta \log \pi_\theta] = \int \nabla_\theta \pi_\theta\, da = \nabla_\theta 1 = 0$. So the
-# rewards before $t$ multiply a score whose expectation is zero and drop out. What is left of $G(\tau)$ for the step $t$ is $\gamma^t R_t + \gamma^{t+1} R_{t+1} + \dots = \gamma^t G_t$.
-#
-# **Predict first.** We test this on the smallest problem there is: one state, one step, one action
-# $a \sim \mathcal N(\mu, 1)$ and the reward $R(a) = -(a - 1)^2$. At $\mu = 0$, what is the gradient of
-# $J(\mu) = -(\mu - 1)^2 - 1$?
+# with $\rho$ the start and $P$ the dynamics, neither of which we know. The difficulty: $\theta$ sits in the *distribution*, not in $G$.
 
-# %% tags=["reinforce-finite-differences", "tolerance:abs=0.005"]
+# %%
 clock.at("the REINFORCE gradient")
-
-
-def expected_reward(mu, noise):
-    """Return the mean reward over actions mu + noise; mu may be any number."""
-    return (-((mu + noise - 1) ** 2)).mean()
-
-
-noise = torch.randn(1_000_000, generator=random)
-step = 1e-2
-differences = (expected_reward(step, noise) - expected_reward(-step, noise)) / (2 * step)
-rewards = -((noise - 1) ** 2)  # the actions at mu = 0 are the noise itself
-score = noise  # d/dmu log N(a; mu, 1) = a - mu
-reinforce = (rewards * score).mean()
-assert abs(score.mean()) < 0.01
-for name, value in (("finite differences", differences), ("REINFORCE", reinforce)):
-    assert abs(value - 2.0) < 0.05
-    print(f"{name:>18}: {value:.3f}")
-print(f"        mean score: {score.mean() + 0.0:.3f}")
+what_an_action_changes()
+plt.show()
 
 # %% [markdown]
-# Both agree with the exact answer, $-2(\mu - 1) = 2$, as far as a million draws can tell. Finite differences moved $\mu$ and looked at the
-# rewards again. REINFORCE never differentiated the reward: it only asked how much more likely each action would
-# become. That is why it is also *defined* where the reward is a black box, or zero nearly everywhere. Whether it is of any *use* there is
-# another question; notebook 02 shows that it is exactly zero as long as no episode is rewarded.
+# *Figure 3. One episode of five steps. The parameters $\theta$ act only where an action is drawn (blue boxes). When $a_2$ is drawn, the rewards before it are already there; it can change only its own and the later ones.*
 #
-# ### The factor that nearly all code drops
+# ### Exercise 3 · REINFORCE with a pencil
 #
-# The factor $\gamma^t$ says that later steps count for less in $J$. Nearly all code, the paper's and ours included, leaves it out: with $\gamma = 0.95$ the steps after the first 90
-# would count for less than a hundredth, and we want a policy that acts well late, too. What is left is no longer the gradient of $J$. How far is it off? Two steps of the same
-# problem, the reward $-(a_t - 1)^2$ in each, with $\gamma = 0.5$: the exact gradient at $\mu = 0$ is $2 + 0.5 \cdot 2 = 3$.
-
-# %% tags=["dropped-factor", "tolerance:abs=0.01"]
-noise = torch.randn(1_000_000, 2, generator=random)  # (episode, time), the actions at mu = 0
-discounts = 0.5 ** torch.arange(2.0)  # gamma^t
-rewards = -((noise - 1) ** 2)
-returns = advantage.discounted_returns(rewards, 0.5)  # G_t
-
-
-def objective(mu):
-    """Return the mean discounted return over actions mu + noise."""
-    return (-((mu + noise - 1) ** 2) * discounts).sum(1).mean()
-
-
-estimates = {
-    "finite differences": (objective(step) - objective(-step)) / (2 * step),
-    "with gamma^t": (discounts * returns * noise).sum(1).mean(),
-    "without gamma^t": (returns * noise).sum(1).mean(),
-}
-for (name, value), exact in zip(estimates.items(), (3.0, 3.0, 4.0), strict=True):
-    assert abs(value - exact) < 0.06
-    print(f"{name:>18}: {value:.2f}")
-
-# %% [markdown]
-# With the factor REINFORCE agrees with finite differences; without it, the second step counts as much as the first and the sum is 4. Here only the length
-# changes. In a policy whose parameters act at different times the direction changes as well. From here on we drop the factor, as the paper does, and call the result the
-# *policy gradient* all the same.
+# *Difficulty 3 of 3, planned for 15 minutes, on paper.* The gradient $\nabla_\theta \log \pi_\theta(a \mid s)$ is called the **score**.
 #
-# ### Exercise 3 · The loss whose gradient is REINFORCE
+# 1. Show that $\nabla_\theta J = \mathbb E_\tau\big[G(\tau)\, \nabla_\theta \log p_\theta(\tau)\big]$. Why is it worth turning the integral into an expectation?
+# 2. Which factors of $p_\theta(\tau)$ are left in $\nabla_\theta \log p_\theta(\tau)$?
+# 3. Show that the expected score is zero in every state: $\mathbb E_{a \sim \pi_\theta(s, \cdot)}\big[\nabla_\theta \log \pi_\theta(a \mid s)\big] = 0$.
+# 4. Now the expectation holds products of one reward $\gamma^k R_k$ and one score, that of step $t$. Which of them vanish, and by which of your results?
+# 5. Collect what is left for the score of step $t$ and write it with $G_t$. What stands in front of $G_t$?
 #
-# *Difficulty 2 of 3, 10 minutes.* Automatic differentiation wants a *loss*. Write the one whose gradient
-# is minus the policy gradient (without $\gamma^t$): the mean over the steps that were taken. `mask` is 1 for those and 0 after
-# an episode's end. $G_t$ is a number, not something to differentiate.
-#
-# <details><summary>Hint 1: why "mean over the steps that were taken"?</summary>
-# Episodes end at different times but share one tensor. What lies after the end is padding; it must
-# neither add to the sum nor to the count.
+# <details><summary>Hint 1: a gradient of a density is no expectation</summary>
+# Divide and multiply by the density: which function has the derivative $\nabla p / p$?
 # </details>
 #
-# <details><summary>Hint 2: nearly the solution</summary>
-# $-\dfrac{\sum_{e,t} m_{e,t}\, \log\pi_\theta(a_{e,t} \mid s_{e,t})\, G_{e,t}}{\sum_{e,t} m_{e,t}}$
+# <details><summary>Hint 2: the expected score</summary>
+# Write it as an integral, and use the same step backwards. What does a density integrate to, whatever $\theta$ is?
+# </details>
+#
+# <details><summary>Hint 3: which products vanish</summary>
+# Take the expectation in two stages: first over $a_t$ with everything up to $s_t$ held fixed. Figure 3 shows which rewards are then constants.
+# </details>
+#
+# <details><summary>Solution, all five steps</summary>
+#
+# **1.** $\nabla J = \nabla \int G(\tau)\, p_\theta(\tau)\, d\tau = \int G(\tau)\, \nabla p_\theta(\tau)\, d\tau$, since $G(\tau)$ does not depend on $\theta$ (for Gaussians derivative and integral may be exchanged). With $\nabla p = p\, \nabla \log p$ this is $\int p_\theta(\tau)\, G(\tau)\, \nabla \log p_\theta(\tau)\, d\tau$, an expectation. An expectation can be estimated by a mean over trajectories that we drew; an integral over $\nabla p$ cannot.
+#
+# **2.** The logarithm of the product is a sum, and neither $\log\rho(s_0)$ nor $\log P(s_{t+1} \mid s_t, a_t)$ contains $\theta$: $\nabla \log p_\theta(\tau) = \sum_t \nabla \log \pi_\theta(a_t \mid s_t)$. The unknown dynamics are gone.
+#
+# **3.** $\int \pi_\theta(a \mid s)\, \nabla \log \pi_\theta(a \mid s)\, da = \int \nabla \pi_\theta(a \mid s)\, da = \nabla \int \pi_\theta(a \mid s)\, da = \nabla 1 = 0$.
+#
+# **4.** Take $k < t$. Given everything up to $s_t$, the reward $R_k$ is a constant, and only $a_t$ is still to be drawn: $\mathbb E\big[\gamma^k R_k \nabla \log \pi_\theta(a_t \mid s_t)\big] = \mathbb E\big[\gamma^k R_k\, \mathbb E[\nabla \log \pi_\theta(a_t \mid s_t) \mid s_t]\big] = 0$ by step 3. For $k \ge t$ the reward depends on $a_t$, and the product stays.
+#
+# **5.** What is left for step $t$ is $\sum_{k \ge t} \gamma^k R_k = \gamma^t \sum_{k \ge t} \gamma^{k-t} R_k = \gamma^t G_t$. Together:
+# $$\nabla_\theta J = \mathbb E_\tau\Big[\sum_t \gamma^t\, G_t\, \nabla_\theta \log \pi_\theta(a_t \mid s_t)\Big].$$
+# The factor $\gamma^t$ is there because $G(\tau)$ discounts from the start and $G_t$ from time $t$ on.
+# </details>
+
+# %% tags=["score-is-zero", "tolerance:abs=0.002"]
+mean = torch.full((100_000, 1), 0.3, requires_grad=True)
+log_sigma = torch.full_like(mean, -0.5)
+drawn = mean.detach() + log_sigma.exp() * torch.randn(mean.shape, generator=random)
+(scores,) = torch.autograd.grad(density(mean, log_sigma, drawn).sum(), mean)
+error = scores.std() / len(scores) ** 0.5
+assert abs(scores.mean()) < 5 * error
+print(f"mean score, by your log-density: {scores.mean():.4f}, its standard error {error:.4f}")
+print(f"a single score is about {scores.std():.2f} long")
+
+# %% [markdown]
+# Step 3 in numbers: single scores are large, their mean is zero within its error.
+#
+# ### Exercise 4 · The gradient from one episode
+#
+# *Difficulty 2 of 3, planned for 8 minutes.* A problem of one state: in each step the action is drawn from $\mathcal N(\mu, \sigma^2)$, and $\mu$ is the only parameter. Write what your derivation makes of one episode:
+# its estimate of $dJ/d\mu$. Find the score with a pencil, without automatic differentiation.
+#
+# <details><summary>Hint 1: the score</summary>
+# Only one of the three terms of $\log \mathcal N(a; \mu, \sigma)$ contains $\mu$.
+# </details>
+#
+# <details><summary>Hint 2: one number per episode</summary>
+# Every step of the episode has its own score, its own weight and its own place in time; the trajectory's log-density adds them.
 # </details>
 
 
-# %% tags=["exercise-reinforce-loss"]
-def reinforce_loss(log_probs, returns, mask):
-    """Return a scalar loss from log-densities, returns and mask, each (episode, time)."""
+# %% tags=["exercise-policy-gradient"]
+def policy_gradient(actions, returns, mean, sigma, discount):
+    """Return each episode's estimate of dJ/dmu, (episode,), from actions and G_t, (episode, time)."""
     ### BEGIN SOLUTION
-    return -(log_probs * returns * mask).sum() / mask.sum()
+    score = (actions - mean) / sigma**2
+    factor = discount ** torch.arange(actions.shape[1])  # (time,)
+    return (factor * returns * score).sum(1)
     ### END SOLUTION
 
 
 # %%
-if check.reinforce_loss(reinforce_loss):
-    scored = untrained._replace(advantages=advantage.discounted_returns(untrained.rewards, 0.95))
-    gaussian = policy.distribution(params, scored.states)
-    log_probs = policy.log_density(gaussian, scored.actions)[0]
-    ours = reinforce_loss(log_probs, scored.advantages[0], scored.mask[0])
-    assert torch.allclose(ours, losses.rl_loss(params, scored)[0])
-    print("Your loss equals emrld_lite.losses.rl_loss.")
+checked = check.policy_gradient(policy_gradient)
 
 # %% [markdown]
-# ### Live: forty gradient steps
+# **Predict first.** Two steps, the reward $-(a_t - 1)^2$ in each, $\gamma = 0.5$, $\mu = 0$ and $\sigma = 1$. Then $J(\mu) = -(1 + \gamma)\big((\mu - 1)^2 + 1\big)$, and the exact gradient is $2 (1 + \gamma) = 3$.
+# Nearly all code, the paper's and ours included, leaves the factor $\gamma^t$ out. What does the estimate come to without it?
+
+# %%
+guess.ask("dropped", "the estimate without gamma^t, where the exact gradient is 3")
+
+# %% tags=["reveal", "reinforce-finite-differences", "tolerance:abs=0.01"]
+noise_drawn = torch.randn(1_000_000, 2, generator=random)  # (episode, time): the actions at mu = 0
+step = 1e-2
+
+
+def objective(mu, horizon):
+    """Return the mean discounted return over actions mu + noise."""
+    rewards = -((mu + noise_drawn[:, :horizon] - 1) ** 2)
+    return (rewards * 0.5 ** torch.arange(horizon)).sum(1).mean()
+
+
+for horizon, exact in ((1, 2.0), (2, 3.0)):
+    finite = (objective(step, horizon) - objective(-step, horizon)) / (2 * step)
+    assert abs(finite - exact) < 0.05
+    print(f"{horizon} step(s): exact {exact:.2f}, finite differences {finite:.2f}", end="")
+    if checked:
+        actions = noise_drawn[:, :horizon]
+        to_go = torch.as_tensor(returns_to_go(-((actions - 1) ** 2), 0.5)).float()
+        yours = [policy_gradient(actions, to_go, 0.0, 1.0, factor) for factor in (0.5, 1.0)]
+        with_it, without = (float(torch.as_tensor(each).mean()) for each in yours)
+        print(f", yours {with_it:.2f}, yours without gamma^t {without:.2f}", end="")
+    print()
+
+# %% tags=["reveal", "dropped-factor", "tolerance:abs=0.01"]
+if checked:
+    print(f"of a single episode's estimate the deviation is {torch.as_tensor(yours[0]).std():.2f}")
+    assert abs(with_it - 3.0) < 0.06 and abs(without - 4.0) < 0.06, "see the line above"
+guess.reveal("dropped", f"{2.0 * horizon:.1f}, since both steps count alike")
+
+# %% [markdown] tags=["reveal"]
+# Finite differences moved $\mu$ and looked at the rewards again. REINFORCE never differentiated the reward: it only asked how much more likely each action would
+# become. That is why it is also *defined* where the reward is a black box, or zero nearly everywhere. Whether it is of any *use* there is
+# another question; notebook 02 shows that it is exactly zero as long as no episode is rewarded.
 #
-# Here is the whole algorithm: collect, score, step, for five seeds at once (each is a "task" with parameters of its own). `normalise` shifts and scales the returns of all
-# steps to mean 0 and deviation 1, which fixes the size of a step whatever the units of the reward.
-
-
-# %% tags=["live-reinforce", "statistical", "tolerance:abs=5"]
-def gradient(seed_params, scored):
-    """Return the gradient of each seed's RL loss, a dict of (seed, ...)."""
-    leaves = policy.detach(seed_params, requires_grad=True)
-    losses_of_seeds = losses.rl_loss(leaves, scored)  # (seed,), which do not touch each other
-    found = torch.autograd.grad(losses_of_seeds.sum(), list(leaves.values()))
-    return dict(zip(leaves, found, strict=True))
-
-
-def train(score, seeds=5, iterations=40, rate=0.05):
-    """Return the mean returns, (iteration, seed); ``score`` fills in advantages."""
-    starts = [policy.initialise(2, 2, seed=seed) for seed in range(seeds)]
-    current = {name: torch.stack([start[name] for start in starts]) for name in starts[0]}
-    history, random = [], torch.Generator().manual_seed(1)
-    for _ in range(iterations):
-        rollout = collect(environment, goal.expand(seeds, 2), current, 20, random)
-        history.append(episode_returns(rollout).mean(1))
-        downhill = gradient(current, score(rollout))
-        current = {name: value - rate * downhill[name] for name, value in current.items()}
-    return torch.stack(history)
-
-
-# %% tags=["live-reinforce-returns", "statistical", "tolerance:abs=5"]
-def plain_returns(rollout):
-    """Score every step by its normalised return."""
-    returns = advantage.discounted_returns(rollout.rewards, 0.95)
-    return rollout._replace(advantages=advantage.normalise(returns, rollout.mask))
-
-
-plain_history = train(plain_returns)
-first, plain_returns_late = plain_history[0], plain_history[-5:].mean(0)
-assert (plain_returns_late > first + 50).all()
-print(f"mean return at first {first.mean():.1f}, over the last five steps:")
-print("by seed", ", ".join(f"{value:.1f}" for value in plain_returns_late))
+# Without $\gamma^t$ the second step counts as much as the first, and the sum is no longer the gradient of $J$. Here only its length
+# changes; in a policy whose parameters act at different times the direction changes as well. With $\gamma = 0.95$ the factor would weigh the steps after the first 90
+# less than a hundredth, and we want a policy that acts well late, too. From here on we drop it, as the paper does, and call the result the *policy gradient* all the same.
+#
+# The deviation of one episode's estimate is more than twice the gradient. Section 5 is about that.
 
 # %% [markdown]
-# ## 5 · A baseline and GAE
+# ### From the gradient to a loss
+#
+# With ten thousand parameters nobody finds scores with a pencil. Automatic differentiation wants a *loss*; the one below has minus the policy gradient as its gradient, if the `weights` are the returns $G_t$.
+# It is a mean over the steps that were taken: episodes end at different times but share one tensor, and `mask` is 0 for the padding after an episode's end.
+
+
+# %% tags=["loss-of-weights"]
+def loss_of(leaves, data, weights):
+    """Return -mean(log pi * weights) over the steps taken, summed over tasks, by your log-density."""
+    gaussian = policy.distribution(leaves, data.states)
+    log_probs = density(gaussian.mean, gaussian.log_sigma, data.actions)  # (task, episode, time)
+    return -losses.task_mean(log_probs * weights, data.mask).sum()
+
+
+def uphill(at, data, weights):
+    """Return minus the gradient of ``loss_of``, a dict like ``at``."""
+    leaves = policy.detach(at, requires_grad=True)
+    slopes = torch.autograd.grad(loss_of(leaves, data, weights), list(leaves.values()))
+    return {name: -slope for name, slope in zip(leaves, slopes, strict=True)}
+
+
+scored = untrained._replace(advantages=returns_of(untrained))
+ours, package = loss_of(params, scored, scored.advantages), losses.rl_loss(params, scored)[0]
+assert check.agree(ours, package)
+print(
+    f"loss by your log-density and returns: {float(ours):.3f}; the package's: {float(package):.3f}"
+)
+
+# %% [markdown]
+# ## 5 · A baseline
 #
 # $G_t$ is noisy: it blames or praises $a_t$ for everything that came after. Subtracting any function
-# $V(s_t)$ of the state alone (or of state and time) leaves the expectation of the gradient as it is, since the expected score
-# is zero. The paper's *baseline* is linear in a few features of state
-# and time, fitted to the returns of each task by least squares (Appendix C):
+# $V(s_t)$ of the state (or of state and time) leaves the expectation of the gradient as it is, since it multiplies a score whose expectation is zero (your step 3). The paper's *baseline* is linear in a few features of state
+# and time, fitted to the returns of each task by least squares (Appendix C; $\odot$ multiplies component by component):
 #
 # $$\zeta_{s,t} = \big(s,\; s \odot s,\; 0.01 t,\; (0.01 t)^2,\; (0.01 t)^3,\; 1\big), \qquad V(s_t) = w^\top \zeta_{s,t} .$$
 
 # %% tags=["build-baseline"]
-clock.at("a baseline and GAE")
+clock.at("a baseline")
 features = advantage.baseline_features(untrained)  # (task, episode, time, 8)
-returns = advantage.discounted_returns(untrained.rewards, 0.95)
+returns = returns_of(untrained)
 design = features[0].reshape(-1, 8)
 target = returns[0].reshape(-1, 1).double()
 weights = torch.linalg.lstsq(design, target).solution  # least squares, no ridge
@@ -421,52 +482,385 @@ assert explained > 0.85
 print(f"share of the returns' variance that the baseline explains: {explained:.2f}")
 
 # %% [markdown]
-# **By how much does it quieten the gradient?** Twenty batches of twenty episodes, all from the same untrained policy, give twenty estimates of the same
-# gradient. Their deviation from their mean is the noise. We compare plain returns, returns less their mean (a *constant* baseline), and returns less the linear baseline.
+# ### Exercise 5 · By how much is the gradient quieter?
 #
-# **Predict first.** Which share of the noise does the constant take out, and which the linear baseline?
+# *Difficulty 3 of 3, planned for 12 minutes.* Design the experiment. You can draw as many batches of episodes as you like, all from the same policy; `estimate` turns a batch and the values to subtract from its returns into one estimate of the gradient. The
+# **noise** of an estimate is the root of the mean squared distance of the estimates from their own mean, where the squared distance is the sum over the parameters.
+# Compare several baselines such that nothing but the baseline differs between them.
+#
+# <details><summary>Hint 1: what may differ?</summary>
+# If two baselines see different batches, is a difference the baselines' or the batches'?
+# </details>
+#
+# <details><summary>Hint 2: one batch gives one estimate</summary>
+# An estimate is a vector. Collect one per batch and baseline, `torch.stack` them, and only then ask how far they lie apart.
+# </details>
+#
+# <details><summary>Hint 3: why hand back the estimates, too?</summary>
+# A baseline that made the gradient quiet by making it wrong would show in their mean. An experiment should be able to find that out.
+# </details>
 
-# %% tags=["baseline-noise", "tolerance:0.05"]
-batches = 20
-same = {name: value.clone() for name, value in policy.per_task(params, batches).items()}
-rollout = collect(environment, goal.expand(batches, 2), same, 20, random)
-returns = advantage.discounted_returns(rollout.rewards, 0.95)  # (batch, episode, time)
-baselines = {
-    "no baseline": torch.zeros_like(returns),
-    "a constant": returns.mean((1, 2), keepdim=True),
-    "linear baseline": advantage.linear_baseline(rollout, discount=0.95),
-}
-noise_of = {}
-for name, values in baselines.items():
-    parts = gradient(same, rollout._replace(advantages=returns - values)).values()
-    estimates = torch.cat([part.flatten(1) for part in parts], dim=1)  # (batch, parameter)
-    centre = estimates.mean(0)
-    noise_of[name] = float((estimates - centre).norm(dim=1).square().mean().sqrt())
-    print(f"{name:15} noise {noise_of[name]:.2f}, mean gradient {centre.norm():.2f} long")
-assert noise_of["a constant"] < 0.6 * noise_of["no baseline"]
-assert noise_of["linear baseline"] < 0.6 * noise_of["a constant"]
+
+# %% tags=["exercise-compare-baselines"]
+def compare_baselines(draw, estimate, baselines, batches):
+    """Return {name: (estimates (batch, parameter), noise)} for the named baselines.
+
+    draw() -> a new batch; baselines[name](batch) -> values; estimate(batch, values) -> (parameter,).
+    """
+    ### BEGIN SOLUTION
+    estimates = {name: [] for name in baselines}
+    for _ in range(batches):
+        batch = draw()  # the same for every baseline
+        for name, baseline in baselines.items():
+            estimates[name].append(estimate(batch, baseline(batch)))
+    found = {}
+    for name, several in estimates.items():
+        stacked = torch.stack(several)
+        distances = (stacked - stacked.mean(0)).square().sum(1)  # (batch,), squared
+        found[name] = (stacked, distances.mean().sqrt())
+    return found
+    ### END SOLUTION
+
+
+# %%
+checked = check.compare_baselines(compare_baselines)
+experiment = compare_baselines if checked else noise.compare_baselines
 
 # %% [markdown]
-# The constant alone leaves about a third of the noise, and the linear baseline about a third of that; the mean gradient stays nearly as long as it was.
+# Three baselines: nothing, a constant (the mean of the batch's returns), and the linear one. Each batch has twenty episodes of the untrained policy, and the whole experiment runs three times with other draws.
 #
-# *Generalised advantage estimation* (Schulman et al., 2016) goes one step further. With the residual
+# **Predict first.** Which share of the noise does the constant leave, and which the linear baseline?
+
+# %%
+guess.ask("constant", "noise left by the constant, % of the noise without a baseline")
+guess.ask("linear", "noise left by the linear baseline, %")
+
+
+# %% tags=["baselines"]
+def nothing(rollout):
+    """Return zeros, (task, episode, time)."""
+    return torch.zeros_like(rollout.rewards)
+
+
+def constant(rollout):
+    """Return the mean of each task's returns at every step."""
+    means = losses.task_mean(returns_of(rollout), rollout.mask)  # (task,)
+    return means[:, None, None].expand_as(rollout.rewards)
+
+
+def linear(rollout):
+    """Return the linear baseline, fitted to each task's returns."""
+    return advantage.linear_baseline(rollout, discount=0.95)
+
+
+def estimate(batch, values):
+    """Return the gradient of the untrained policy's J by one batch, (parameter,)."""
+    return policy.to_vector(uphill(params, batch, returns_of(batch) - values))
+
+
+# %% tags=["reveal", "baseline-noise", "tolerance:0.05"]
+baselines = {"no baseline": nothing, "a constant": constant, "linear": linear}
+runs = []
+for seed in (1, 2, 3):
+    draws = torch.Generator().manual_seed(seed)
+    runs.append(
+        experiment(
+            lambda g=draws: collect(environment, goal, params, 20, g), estimate, baselines, 20
+        )
+    )
+left = {name: [float(run[name][1] / run["no baseline"][1]) for run in runs] for name in baselines}
+for name, shares in left.items():
+    lengths = [float(torch.as_tensor(run[name][0]).mean(0).norm()) for run in runs]
+    print(f"{name:12} noise left:", ", ".join(f"{100 * share:.1f} %" for share in shares), end="; ")
+    print("mean gradient", ", ".join(f"{length:.2f}" for length in lengths), "long")
+assert max(left["a constant"]) < 0.6 and max(left["linear"]) < 0.5 * min(left["a constant"])
+guess.reveal("constant", f"{100 * sum(left['a constant']) / 3:.1f} %")
+guess.reveal("linear", f"{100 * sum(left['linear']) / 3:.1f} %")
+
+# %% tags=["reveal"]
+noise.clouds(runs[0])
+plt.show()
+
+# %% [markdown] tags=["reveal"]
+# *Figure 4. Twenty estimates of the same gradient (dots) and their mean (cross) under three baselines, seen in one plane: along the mean gradient (arrow) and in the direction in which they scatter most. The clouds shrink from left to right; their centres stay.*
+#
+# **How to judge it.** The constant leaves about two fifths of the noise, the linear baseline about an eighth. The three repetitions differ by far less than the baselines do, so the order is no luck. The clouds' centres agree within
+# their scatter divided by $\sqrt{20}$: the baselines changed the noise, not the gradient. (Strictly, the constant and the linear baseline are fitted to the very returns that they are subtracted from, which shortens the expected estimate by about one part in the number of episodes, here one in twenty.)
+#
+# Why does a mere constant help that much? All rewards are negative, so without it *every* action is discouraged, the good ones a little less. With twenty episodes the discouragements cancel only roughly.
+
+# %% [markdown]
+# ### What is a quiet gradient worth?
+#
+# Here is the whole algorithm: collect, weigh, step, with your log-density and your returns. Five policies learn under each of the three baselines. All weights are divided by the same number, the deviation of the returns, so that the *expected* step
+# is the same under all three, and only the noise differs.
+
+
+# %% tags=["live-reinforce"]
+def weights_of(rollout, seeds):
+    """Return (G - V) / deviation of G; the tasks are ``seeds`` policies per baseline, in order."""
+    parts = [rollout.take(slice(k * seeds, (k + 1) * seeds)) for k in range(len(baselines))]
+    values = [baseline(part) for baseline, part in zip(baselines.values(), parts, strict=True)]
+    returns = returns_of(rollout)
+    deviation = losses.task_mean((returns - constant(rollout)).square(), rollout.mask).sqrt()
+    return (returns - torch.cat(values)) / deviation[:, None, None]
+
+
+def train(rate, seeds=5, iterations=40):
+    """Return mean returns, (iteration, baseline, seed), of policies that learn with steps of ``rate``."""
+    starts = [policy.initialise(2, 2, seed=seed) for _ in baselines for seed in range(seeds)]
+    current = {name: torch.stack([start[name] for start in starts]) for name in starts[0]}
+    history, random = [], torch.Generator().manual_seed(1)
+    for _ in range(iterations):
+        rollout = collect(environment, goal.expand(len(starts), 2), current, 20, random)
+        history.append(episode_returns(rollout).mean(1))
+        step = uphill(current, rollout, weights_of(rollout, seeds))
+        current = {name: value + rate * step[name] for name, value in current.items()}
+    return torch.stack(history).unflatten(1, (len(baselines), seeds))
+
+
+# %% [markdown]
+# **Predict first.** The policies take forty steps, once short ones (rate 0.05) and once twelve times as long. How far ahead of no baseline does the linear one end with the short steps? And who falls behind with the long ones?
+
+# %%
+guess.ask("short", "short steps: lead of the linear baseline at the end, units of return")
+guess.ask("long", "long steps: who falls behind?", ["nobody", "no baseline", "all but the linear"])
+
+# %% tags=["reveal", "live-reinforce-returns", "statistical", "tolerance:abs=25"]
+histories = {rate: train(rate) for rate in (0.05, 0.6)}  # (iteration, baseline, seed)
+for rate, history in histories.items():
+    print(f"rate {rate}: {history[0].mean():.1f} at first; mean return over all steps", end=" ")
+    print("(the middle one of five policies):")
+    for name, middle in zip(baselines, history.mean(0).median(-1).values, strict=True):
+        print(f"  {name:12} {middle:.1f}")
+ends_short = histories[0.05][-5:].mean(0).median(-1).values  # (baseline,)
+whole_long = histories[0.6].mean(0).median(-1).values
+assert ends_short.max() - ends_short.min() < 8
+assert whole_long[1] - whole_long[0] > 8 and whole_long[2] - whole_long[0] > 8
+guess.reveal("short", f"{ends_short[2] - ends_short[0]:.1f} of about 100 that were learned")
+behind = ", ".join(f"{name} {value:.1f}" for name, value in zip(baselines, whole_long, strict=True))
+guess.reveal("long", f"return over the training: {behind}")
+
+# %% tags=["reveal"]
+figure, panels = plt.subplots(1, 2, figsize=(8.4, 3.4), sharey=True)
+looks = {
+    "no baseline": (":", "#D55E00"),
+    "a constant": ("--", "#777777"),
+    "linear": ("-", "#0072B2"),
+}
+for axes, (rate, history) in zip(panels, histories.items(), strict=True):
+    for place, (name, (line, colour)) in enumerate(looks.items()):
+        each = history[:, place]  # (iteration, seed)
+        axes.plot(each.median(1).values, linestyle=line, color=colour, label=name)
+        low, high = each.amin(1), each.amax(1)
+        axes.fill_between(range(len(each)), low, high, color=colour, alpha=0.15, linewidth=0)
+    axes.axhline(-150, color="black", linewidth=0.6)
+    axes.set(xlabel="gradient step", title=f"steps of rate {rate}", ylim=(-300, -40))
+panels[0].set_ylabel("mean return, dense reward")
+panels[0].legend(loc="lower right")
+plt.show()
+
+# %% [markdown] tags=["reveal"]
+# *Figure 5. Mean return while five policies learn under each baseline, with short steps (left) and with steps twelve times as long (right): the middle one of the five, and bands from the lowest to the highest (cut at −300). The thin line marks a return of −150. On the left the curves lie on each other; on the right the dotted one falls behind, and its band is wide.*
+
+# %% [markdown]
+# ### Exercise 6 · Read Figure 5
+#
+# *Difficulty 1 of 3, planned for 5 minutes.* Read the first two off the figure, and choose a sentence for the third.
+#
+# 1. Left: how far apart are the three curves at step 20?
+# 2. After how many steps does the curve of the linear baseline first lie above −150, left and right?
+# 3. Which sentence does the figure support? **A** The linear baseline finds better policies than the constant. **B** The noise of the gradient decides how long a step may be. **C** A baseline changes where the gradient points.
+
+# %%
+guess.ask("apart", "1. distance of the curves at step 20, left, units of return")
+guess.ask("passes", "2. steps until the linear baseline is above -150, left and right")
+guess.ask("sentence", "3. the sentence", ["A", "B", "C"])
+
+# %% tags=["reveal", "statistical", "tolerance:abs=6", "tolerance:whole=5"]
+at_twenty = histories[0.05][20].median(-1).values  # (baseline,)
+middle = {rate: history[:, 2].median(-1).values for rate, history in histories.items()}
+passes = [int((curve > -150).nonzero()[0]) for curve in middle.values()]  # left, right
+assert passes[1] < passes[0]
+guess.reveal("apart", f"{at_twenty.max() - at_twenty.min():.1f}; the bands are wider")
+guess.reveal("passes", f"{passes[0]} steps left, {passes[1]} right")
+guess.reveal("sentence", "B")
+
+# %% [markdown] tags=["reveal"]
+# **A** is not supported: the curves of constant and linear lie within each other's bands nearly everywhere, and five policies decide nothing about so small a lead. **C** is refuted by Figure 4, and by the left panel: the same expected steps give the same curves.
+# **B** is what the two panels show together: long steps learn several times faster, for those who can bear them. With short steps the noise of forty gradients averages out, and an eighth of the noise buys next to nothing. With long steps the noise throws the policy off before the next gradient can correct it.
+#
+# This workbook, like nearly all code, divides the advantages by *their own* deviation. The linear baseline makes them about three times smaller, so the division makes the step three times longer: so a quiet gradient learns faster there.
+# From now on every RL loss in this workbook uses these normalised advantages, `advantage.Score`.
+#
+# *How far can you trust this?* It is one problem, one network and one rule for the step. Where returns differ much from state to state, a constant will do worse against the linear baseline than it does here.
+
+# %% [markdown]
+# ### Bonus · The best constant
+#
+# *Difficulty 3 of 3, for the fast.* Is the mean return the best constant $b$? The estimate from one sample is $(G - b)\, z$ with the score $z$. Find the $b$ that makes its noise smallest, and estimate it from samples.
+#
+# <details><summary>Hint 1: what of the noise depends on b?</summary>
+# The noise squared is $\mathbb E\big[(G - b)^2 |z|^2\big]$ less the squared length of the mean. Which of the two does not move with $b$, and why?
+# </details>
+#
+# <details><summary>Hint 2: a parabola</summary>
+# Multiply out: it is quadratic in $b$. Where is its slope zero?
+# </details>
+
+
+# %% tags=["exercise-best-constant"]
+def best_constant(scores, returns):
+    """Return the least noisy constant b, a number, from scores (sample, parameter), returns (sample,)."""
+    ### BEGIN SOLUTION
+    squared = scores.square().sum(1)  # (sample,)
+    return (squared * returns).sum() / squared.sum()
+    ### END SOLUTION
+
+
+# %%
+checked = check.best_constant(best_constant)
+
+# %% tags=["reveal", "best-constant", "tolerance:abs=0.15"]
+actions = noise_drawn[:, :1]  # one step, mu = 0 and sigma = 1: the score is the action
+outcomes = -((actions[:, 0] - 1) ** 2)
+tried = {"nothing": 0.0, "the mean": float(outcomes.mean())}
+if checked:
+    tried["your constant"] = float(torch.as_tensor(best_constant(actions, outcomes)))
+for name, value in tried.items():
+    each = (outcomes - value) * actions[:, 0]
+    print(f"{name:13} {value:5.2f}: mean {each.mean():.2f}, variance {each.var():.2f}")
+
+# %% [markdown]
+# <details><summary>Solution and explanation of the bonus</summary>
+#
+# The mean of the estimate does not depend on $b$, since $\mathbb E[b\, z] = 0$. What is left is $\mathbb E[(G-b)^2 |z|^2] = \mathbb E[G^2|z|^2] - 2 b\, \mathbb E[G|z|^2] + b^2\, \mathbb E[|z|^2]$, smallest at
+# $$b^\star = \frac{\mathbb E\big[|z|^2\, G\big]}{\mathbb E\big[|z|^2\big]},$$
+# a mean of the returns in which samples with long scores weigh more. In the one-step problem $z = a$ and $G = -(a-1)^2$, so $b^\star = -\mathbb E[a^4 - 2a^3 + a^2] / \mathbb E[a^2] = -(3 + 1) = -4$, while the mean return is $-2$. The variances are $30 + 8b + b^2$: 30 with nothing, 18 with the mean, 14 with $b^\star$.
+# The mean is popular because it needs no scores; that it is not the best is seldom worth the trouble.
+# </details>
+
+# %% [markdown]
+# ## 6 · Behaviour cloning
+#
+# Sometimes somebody has already been where we want to go. A *demonstration* is a list of states and actions
+# $\mathcal D^{\mathrm{dem}} = \{(s, a)\}$. *Behaviour cloning* makes these actions likely (Section 3):
+#
+# $$\mathcal L^{\mathrm{BC}}(\theta) = -\!\!\sum_{(s,a) \in \mathcal D^{\mathrm{dem}}} \log \pi_\theta(a \mid s) .$$
+#
+# It is a plain supervised loss: no reward, no rollout. Up to the length of the sum it is the loss of section 4 with all weights one, on actions that somebody else took. We fit one policy to each of the workbook's twelve
+# demonstrated trajectories, all twelve at once: their parameters carry a task axis. We do so for the optimal trajectories and
+# for the sub-optimal ones, which are noisy and *stop before the region where the reward is paid*.
+#
+# **Predict first.** The demonstrator of the optimal trajectories has a return of about 80 (it needs some 20 of the 100
+# steps, and the remaining ones are paid out at the goal). What is the mean return of its twelve clones? And what does the clone of a sub-optimal demonstration do where the demonstration ends?
+
+# %%
+clock.at("behaviour cloning")
+guess.ask("clones", "mean return of the clones of optimal trajectories")
+guess.ask("end", "a sub-optimal demonstration's clone", ["stops there", "turns back", "goes on"])
+
+
+# %% tags=["live-cloning", "tolerance:abs=0.002"]
+def clone(demos, steps=400, rate=3e-3):
+    """Return task_params fitted by Adam to one demonstration each, with your log-density."""
+    start = policy.per_task(policy.initialise(2, 2, seed=0), len(demos.tasks))
+    leaves = {name: value.clone().requires_grad_() for name, value in start.items()}
+    optimiser = torch.optim.Adam(leaves.values(), lr=rate, fused=True)  # faster, same formula
+    for _ in range(steps):
+        optimiser.zero_grad()
+        loss_of(leaves, demos, torch.ones_like(demos.mask)).backward()
+        optimiser.step()
+    return policy.detach(leaves)
+
+
+demonstrations = {name: load_demonstrations(name, "point2d") for name in ("optimal", "suboptimal")}
+ours = clone(demonstrations["optimal"], steps=20)
+package = cloning.clone(demonstrations["optimal"], steps=20)
+apart = max(float((ours[name] - package[name]).abs().max()) for name in ours)
+assert apart < 0.01
+print(f"your clones after 20 steps differ from emrld_lite's by at most {apart:.4f}")
+
+# %% tags=["reveal", "cloning-returns", "statistical", "tolerance:abs=4"]
+sparse = make("point2d")
+rollouts, returns = {}, {}
+for quality, demos in demonstrations.items():
+    rollouts[quality] = collect(sparse, demos.tasks, clone(demos), 20, random)
+    returns[quality] = float(episode_returns(rollouts[quality]).mean())
+    print(f"clones of {quality} trajectories: mean return {returns[quality]:.1f}")
+assert returns["suboptimal"] + 10 < returns["optimal"] < 70
+guess.reveal("clones", f"{returns['optimal']:.1f}")
+
+# %% tags=["reveal", "clones-run-past", "statistical", "tolerance:abs=8"]
+past_share = {}
+for quality, rollout in rollouts.items():
+    taken = rollout.mask == 1  # (task, episode, time)
+    gaps = (rollout.states - sparse.training_tasks()[:, None, None]).norm(dim=-1)
+    near = gaps.masked_fill(~taken, torch.inf).amin(-1) < 0.2  # (task, episode)
+    past = rollout.states.norm(dim=-1).amax(-1) > 2.2  # farther out than the disc reaches
+    demos = demonstrations[quality]
+    last = demos.actions[range(12), 0, demos.lengths() - 1].norm(dim=-1).mean()
+    entered, past_share[quality] = (100 * float(part.float().mean()) for part in (near, past))
+    print(f"{quality:10} {entered:5.1f} % of the episodes enter the disc,", end=" ")
+    print(f"{past_share[quality]:5.1f} % run past it; the last demonstrated", end=" ")
+    print(f"action is {float(last):.2f} of a full step long")
+    assert entered > 80 and (last > 0.8 if quality == "suboptimal" else last < 0.6)
+assert past_share["suboptimal"] > 80 and past_share["optimal"] < 75
+guess.reveal("end", f"{past_share['suboptimal']:.1f} % of the episodes go on, past the goal")
+
+# %% tags=["reveal"]
+figure, panels = plt.subplots(1, 2, figsize=(7.4, 4.2), sharey=True)
+task = 5
+for axes, (quality, demos) in zip(panels, demonstrations.items(), strict=True):
+    sparse.draw_tasks(axes, demos.tasks[task : task + 1])
+    plotting.trajectories(rollouts[quality], axes, task=task, episodes=20)
+    plotting.demonstration(demos.states[task, 0, : int(demos.lengths()[task])], axes)
+    axes.set(title=f"{quality}: mean return {returns[quality]:.0f}", xlim=(-4, 4), ylim=(-1, 10))
+plt.show()
+
+# %% [markdown] tags=["reveal"]
+# *Figure 6. Twenty episodes (thin lines) of a policy cloned from one demonstration (dashed) with your log-density, for one of the twelve goals
+# (star) and its reward region (disc). Both clones find the disc; nearly all paths of the right one run straight through it. Titles: mean sparse return over all twelve clones.*
+#
+# Both find the region that pays, and both have a lower return than the demonstrator, because they do not stop there. Beyond the goal there are no data, and a network continues what it has learned:
+# it drives on. The optimal demonstration at least slows down at its end, and about half of its clones' episodes stay. The sub-optimal one ends at full speed, and nearly all of its clones' episodes run
+# straight through and away. (The clones also act with noise of their own; notebook 03 separates the two causes.)
+#
+# Cloning knows only *one* goal: move the star and the
+# policy is lost. EMRLD meta-trains a policy so that a single gradient step, with one demonstration per goal, is enough (notebook 06).
+
+# %% [markdown]
+# ## What was shown
+#
+# - A Gaussian policy is a network for the mean and a $\log\sigma$; its log-density is a sum over dimensions.
+# - The environment alters most actions of $\sigma = 1$, and no $\sigma$ makes a random walk reach far: a hundred steps lead ten step lengths away.
+# - REINFORCE needs only rewards and scores; finite differences give the same number, as long as $\gamma^t$ stays in.
+# - A constant takes out most of the gradient's noise, the linear baseline most of the rest. Short steps hardly profit from it; long steps fail without it.
+# - Cloning is the same loss with all weights one. It follows a demonstration, for its own goal only, and drives on where the demonstration ends.
+#
+# **Next** notebook 02 shows what becomes of this gradient when the reward is sparse. What follows here is further reading.
+
+# %% [markdown]
+# ## 7 · Generalised advantage estimation (further reading)
+#
+# *Generalised advantage estimation* (GAE; Schulman et al., 2016) goes one step further than a baseline. With the residual
 # $\delta_t = R_t + \gamma V(s_{t+1}) - V(s_t)$, it sums
 #
 # $$\hat A_t = \sum_{k \ge 0} (\gamma\lambda)^k\, \delta_{t+k} .$$
 #
-# With $\lambda = 1$ the values cancel in pairs and $\hat A_t = G_t - V(s_t)$; with $\lambda = 0$ it trusts the
-# baseline after a single step. The paper's Table 1 calls $\lambda$ "GAE $\tau$" and sets it to 1.
+# With $\lambda = 1$ the values cancel in pairs and $\hat A_t = G_t - V(s_t)$, the baseline of section 5; with $\lambda = 0$ it trusts
+# $V$ after a single step. The paper's Table 1 calls $\lambda$ "GAE $\tau$" and sets it to 1.
 #
-# ### Exercise 4 · GAE
+# ### Exercise 7 · GAE
 #
-# *Difficulty 2 of 3, 10 minutes.* The value after the last step is 0.
+# *Difficulty 2 of 3, planned for 10 minutes.* The value after the last step is 0.
 #
 # <details><summary>Hint 1: the sum looks familiar</summary>
-# It is a discounted sum of the residuals with the discount $\gamma\lambda$: you have written that loop.
+# You have written a sum of this kind in exercise 2. Of what, and with which factor?
 # </details>
 #
 # <details><summary>Hint 2: V of the next state</summary>
-# Shift the values by one step in time and put a column of zeros at the end.
+# All but the last column of "the value of the next state" stand in `values` already.
 # </details>
 
 
@@ -487,139 +881,62 @@ def advantages(rewards, values, discount, gae_lambda):
 
 
 # %%
-if check.advantages(advantages):
-    values = advantage.linear_baseline(untrained, discount=0.95)
-    ours = advantages(untrained.rewards[0], values[0], 0.95, 1.0)
-    package = advantage.generalised_advantage(untrained.rewards, values, 0.95, 1.0)[0]
-    assert torch.allclose(ours, package, atol=1e-4)
-    print("Your function gives the same numbers as emrld_lite.advantage.generalised_advantage.")
+checked = check.advantages(advantages)
+
+
+def package_advantages(rewards, values, discount, gae_lambda):
+    """Return the same by the package, which wants a leading task axis."""
+    return advantage.generalised_advantage(rewards[None], values[None], discount, gae_lambda)[0]
+
+
+estimator = advantages if checked else package_advantages
+values = advantage.linear_baseline(untrained, discount=0.95)[0]
+for gae_lambda in (0.0, 0.9, 1.0):
+    ours = torch.as_tensor(estimator(untrained.rewards[0], values, 0.95, gae_lambda))
+    package = package_advantages(untrained.rewards[0], values, 0.95, gae_lambda)
+    assert check.agree(ours, package, tolerance=1e-3)
+    print(f"lambda {gae_lambda}: yours at the start {ours[:, 0].mean():.3f}", end=", ")
+    print(f"the package's {package[:, 0].mean():.3f}")
 
 # %% [markdown]
-# **Predict first.** Same seed, same number of gradient steps: will the baseline help a little, a lot,
-# or not at all?
+# **What does $\lambda$ trade?** Here is a question whose answer is known: by how much is a first step *towards* the goal better than one *away* from it, if the untrained policy draws all later actions? Two thousand pairs of episodes that share their draws answer it nearly without error. Then your GAE answers it from one pair, or from the mean of some,
+# with $V$ the linear baseline (fitted to twenty other episodes) or zero. The *bias* is the mean estimate less the exact number, the *noise* the deviation of the estimates, and the *error* the root of the sum of their squares.
+#
+# **Predict first.** Which $\lambda$ has the smallest error with the linear baseline, if you have one pair of episodes? And if you have 256?
 
+# %%
+clock.at("generalised advantage estimation")
+guess.ask("one", "lambda with the smallest error, one pair")
+guess.ask("many", "lambda with the smallest error, mean of 256 pairs")
 
-# %% tags=["live-baseline", "statistical", "tolerance:abs=5"]
-def with_baseline(rollout):
-    """Score every step by its normalised advantage over the linear baseline."""
-    return advantage.Score(discount=0.95, gae_lambda=1.0)(rollout)
+# %% tags=["reveal", "gae-bias-and-noise", "tolerance:abs=0.1"]
+differences = gae.advantage_differences(params, estimator)
+print(f"exact difference: {differences.exact:.2f}")
+for what in gae.VALUES:
+    for gae_lambda in (0.0, 0.5, 0.9, 1.0):
+        bias, deviation = differences.error_parts(what, gae_lambda, count=1)
+        print(f"V is {what}, lambda {gae_lambda:.1f}: bias {bias:.2f}, noise {deviation:.2f}")
+best = {count: gae.best_lambda(differences, gae.VALUES[0], count) for count in gae.COUNTS}
+assert best[1] < 0.6 and best[256] > 0.95 and abs(differences.biases["zero", 1.0]) < 1e-3
+guess.reveal("one", f"{best[1]:.2f}")
+guess.reveal("many", f"{best[256]:.2f}")
 
+# %% tags=["reveal", "nbval-ignore-output"]
+gae.gae_sliders(differences)
 
-baseline_history = train(with_baseline)
-lead = baseline_history[-5:].mean(0) - plain_returns_late  # (seed,)
-figure, axes = plt.subplots(figsize=(5.4, 3.2))
-looks = {"returns less their mean": (":", "#777777"), "less the linear baseline": ("-", "#0072B2")}
-for (name, (line, colour)), history in zip(
-    looks.items(), (plain_history, baseline_history), strict=True
-):
-    axes.plot(history.mean(1), linestyle=line, color=colour, label=name)
-    low, high = history.amin(1), history.amax(1)
-    axes.fill_between(range(len(history)), low, high, color=colour, alpha=0.15, linewidth=0)
-axes.set(xlabel="gradient step", ylabel="mean return, dense reward")
-axes.legend(loc="best")
-plt.show()
-early = (baseline_history - plain_history)[10]  # (seed,), after ten steps
-assert lead.mean() > 1 and early.mean() > 15
-for when, values in (("after ten steps", early), ("over the last five", lead)):
-    each = ", ".join(f"{value:.1f}" for value in values)
-    print(f"lead of the linear baseline {when}: {values.mean():.1f}; by seed {each}")
+# %% tags=["reveal"]
+gae.gae_picture(differences, gae_lambda=0.95, values="the linear baseline", count=16)
+
+# %% [markdown] tags=["reveal"]
+# *Figure 7. Left: means of sixteen estimates by your GAE at $\lambda = 0.95$, their expectation (dashed) and the exact difference (solid). Right: bias (dashed), noise (dotted) and error (solid) for every $\lambda$; the star marks the smallest error, the thin line the $\lambda$ of the left panel. Bias falls and noise rises with $\lambda$.*
+#
+# At $\lambda = 0$ there is no noise at all in this question, since the first step is given, and the whole error is $V$'s: it is fitted to all places and times at once and flattens the slope at the start. At $\lambda = 1$ there is no bias, whatever $V$ is, and all the noise of a hundred steps.
+# Averaging takes out noise but never bias. So the best $\lambda$ is small for one pair and 1 for many. Move the sliders to see two more things: how far the star wanders between 1 and 256 pairs, and that with $V = 0$ a small $\lambda$ is blind to all but the next reward.
+#
+# A policy gradient averages over thousands of steps, which speaks for the paper's $\lambda = 1$ in these short episodes. Longer episodes, and a better $V$, speak for less.
 
 # %% [markdown]
-# *Figure 3. Mean return of 20 episodes on one dense goal while five policies learn, with the linear baseline (solid) and with the mean as the only baseline
-# (dotted): mean over the seeds, and the band from the lowest to the highest.*
-#
-# The linear baseline makes learning faster, not better: after ten steps it is far ahead, after forty a few units. Normalising has already subtracted the mean, which is a constant baseline,
-# so the dotted curve is not the noisiest one could draw. From now on every RL loss in this workbook uses these advantages.
-
-# %% [markdown]
-# ## 6 · Behaviour cloning
-#
-# Sometimes somebody has already been where we want to go. A *demonstration* is a list of states and actions
-# $\mathcal D^{\mathrm{dem}} = \{(s, a)\}$. *Behaviour cloning* makes these actions likely (Section 3):
-#
-# $$\mathcal L^{\mathrm{BC}}(\theta) = -\!\!\sum_{(s,a) \in \mathcal D^{\mathrm{dem}}} \log \pi_\theta(a \mid s) .$$
-#
-# It is a plain supervised loss: no reward, no rollout. We fit one policy to each of the workbook's twelve
-# demonstrated trajectories, all twelve at once: their parameters carry a task axis. We do so for the optimal trajectories and
-# for the sub-optimal ones, which are noisy and *stop before the region where the reward is paid*.
-#
-# **Predict first.** The demonstrator of the optimal trajectories earns a return of about 80 (it needs some 20 of the 100
-# steps, and the remaining ones are paid out at the goal). What will the twelve clones earn on average: 80, 60, 40? And what does a clone do where its demonstration ends: stop, turn, go on?
-
-
-# %% tags=["live-cloning"]
-def clone(demos, steps=400, rate=3e-3):
-    """Return task_params fitted to one demonstration each by Adam, and the loss after each step."""
-    start = policy.per_task(policy.initialise(2, 2, seed=0), len(demos.tasks))
-    leaves = {name: value.clone().requires_grad_() for name, value in start.items()}
-    optimiser = torch.optim.Adam(leaves.values(), lr=rate, fused=True)  # faster, same formula
-    history = []
-    for _ in range(steps):
-        loss = losses.bc_loss(leaves, demos).sum()  # (task,) summed: tasks do not touch each other
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
-        history.append(float(loss.detach()))
-    return policy.detach(leaves), history
-
-
-clock.at("behaviour cloning")
-sparse = make("point2d")
-rollouts, returns = {}, {}
-for quality in ("optimal", "suboptimal"):
-    demos = load_demonstrations(quality, "point2d")
-    cloned, history = clone(demos)
-    assert history[-1] < history[0]
-    rollouts[quality] = collect(sparse, demos.tasks, cloned, 20, random)
-    returns[quality] = float(episode_returns(rollouts[quality]).mean())
-ours, package = clone(demos, steps=20)[0], cloning.clone(demos, steps=20)
-assert all(torch.allclose(ours[name], package[name]) for name in ours)
-
-# %% tags=["cloning-returns", "statistical", "tolerance:abs=4"]
-figure, panels = plt.subplots(1, 2, figsize=(7.4, 4.2), sharey=True)
-task = 5
-for axes, quality in zip(panels, rollouts, strict=True):
-    demos = load_demonstrations(quality, "point2d")
-    sparse.draw_tasks(axes, demos.tasks[task : task + 1])
-    plotting.trajectories(rollouts[quality], axes, task=task, episodes=20)
-    plotting.demonstration(demos.states[task, 0, : int(demos.lengths()[task])], axes)
-    axes.set(title=f"{quality}: mean return {returns[quality]:.0f}", xlim=(-4, 4), ylim=(-1, 10))
-plt.show()
-assert returns["suboptimal"] + 10 < returns["optimal"] < 70
-for quality, earned in returns.items():
-    print(f"clones of {quality} trajectories: mean return {earned:.1f}")
-
-# %% tags=["clones-run-past", "statistical", "tolerance:abs=8"]
-for quality, rollout in rollouts.items():
-    taken = rollout.mask == 1  # (task, episode, time)
-    gaps = (rollout.states - sparse.training_tasks()[:, None, None]).norm(dim=-1)
-    near = gaps.masked_fill(~taken, torch.inf).amin(-1) < 0.2  # (task, episode)
-    past = rollout.states.norm(dim=-1).amax(-1) > 2.2  # farther out than the disc reaches
-    assert near.float().mean() > 0.8
-    assert past.float().mean() > 0.8 if quality == "suboptimal" else past.float().mean() < 0.75
-    entered, left = (100 * share.float().mean() for share in (near, past))
-    print(
-        f"{quality:10} {entered:5.1f} % of the episodes enter the disc, {left:5.1f} % run past it"
-    )
-slowing = {}
-for quality in rollouts:
-    demos = load_demonstrations(quality, "point2d")
-    last = demos.actions[range(12), 0, demos.lengths() - 1]  # (task, action)
-    slowing[quality] = float(last.norm(dim=-1).mean())
-    print(f"{quality:10} last demonstrated action: {slowing[quality]:.2f} of a full step long")
-assert slowing["optimal"] < 0.6 < 0.8 < slowing["suboptimal"]
-
-# %% [markdown]
-# *Figure 4. Twenty episodes (thin lines) of a policy cloned from one demonstration (dashed), for one of the twelve goals
-# (star) and its reward region (disc). Titles: mean sparse return over all twelve clones.*
-#
-# Both find the region that pays, and both earn less than the demonstrator, because they do not stop there. Beyond the goal there are no data, and a network continues what it has learned:
-# it drives on. The optimal demonstration at least slows down at its end, and about half of its clones' episodes stay. The sub-optimal one ends at full speed, and nearly all of its clones' episodes run
-# straight through and away. (The clones also act with noise of their own; notebook 03 separates the two causes.) Cloning knows only *one* goal: move the star and the
-# policy is lost. EMRLD meta-trains a policy so that a single gradient step, with one demonstration per goal, is enough (notebook 06).
-
-# %% [markdown]
-# ## Where paper and code differ
+# ## Where paper and code differ (further reading)
 #
 # | point | paper | released code | this workbook |
 # |---|---|---|---|
@@ -632,17 +949,8 @@ assert slowing["optimal"] < 0.6 < 0.8 < slowing["suboptimal"]
 #
 # In all of them the mathematics stays what you have just derived; what changes is the size of a step, how much late steps count, or, in the last
 # row, what the baseline can explain. `data/paper_ledger.toml` lists each of them with what was measured.
-
-# %% [markdown]
-# ## What was shown
 #
-# - A Gaussian policy is a network for the mean and a $\log\sigma$; its log-density is a sum over dimensions.
-# - REINFORCE needs only rewards and scores; finite differences gave the same number, as long as $\gamma^t$ stays in.
-# - A constant baseline leaves about a third of the gradient's noise, the linear one about a third of that; GAE trades noise against trust in the baseline.
-# - Cloning follows a demonstration, for its own goal only, and drives on where the demonstration ends.
-#
-# **Next** notebook 06 adapts one policy to twelve goals with these two losses together.
-#
-# **References** Williams (1992), *Simple statistical gradient-following algorithms*; Schulman et al. (2016),
+# **References** Williams (1992), *Simple statistical gradient-following algorithms*; Greensmith et al. (2004), *Variance reduction techniques for gradient
+# estimates in reinforcement learning* (the best constant); Schulman et al. (2016),
 # *High-dimensional continuous control using generalized advantage estimation*; Duan et al. (2016),
 # *Benchmarking deep reinforcement learning for continuous control* (the linear baseline).

@@ -5,12 +5,48 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from .draw import Questions, episodes, gaussians, shaped
+from .draw import Draw, Question, Questions, episodes, gaussians, shaped
+
+
+class Batches:
+    """Batches (sample, 3) one after the other, the same ones for every copy."""
+
+    def __init__(self, draw: Draw) -> None:
+        samples = draw.whole(2, 9)
+        self.batches, self.drawn = [draw.normal(samples, 3) for _ in range(100)], 0
+
+    def __call__(self) -> torch.Tensor:
+        self.drawn += 1
+        return self.batches[self.drawn - 1]
+
+
+def _estimate(batch: torch.Tensor, values: torch.Tensor) -> torch.Tensor:
+    return (batch[:, 1:] * (3 * batch[:, :1] - values[:, None])).mean(0)
+
+
+def _experiment(draw: Draw) -> Question:
+    slope = draw.between(0, 3)
+    baselines = {"none": lambda b: 0 * b[:, 0], "linear": lambda b: slope * b[:, 0]}
+    return Batches(draw), _estimate, baselines, draw.whole(2, 12)
+
+
+def _actions(draw: Draw) -> Question:
+    shape = episodes(draw)
+    numbers = draw.between(-1, 1), draw.between(0.3, 2), draw.between(0.3, 1)
+    return draw.normal(*shape), draw.normal(*shape), *numbers
+
+
+def _scores(draw: Draw) -> Question:
+    samples = draw.whole(3, 30)
+    return draw.normal(samples, draw.whole(1, 5)), draw.normal(samples)
+
 
 QUESTIONS: Questions = {
     "log_density": lambda draw: gaussians(draw, True),
     "discounted_returns": lambda draw: (draw.normal(*episodes(draw)), draw.between(0.3, 1)),
-    "reinforce_loss": shaped("leaf", "normal", "mask"),
+    "policy_gradient": _actions,
+    "compare_baselines": _experiment,
+    "best_constant": _scores,
     "advantages": lambda draw: (
         *shaped("normal", "normal")(draw),
         draw.between(0.3, 1),
@@ -21,12 +57,6 @@ QUESTIONS: Questions = {
 
 def log_density__distribution(mean, log_sigma, actions):
     return torch.distributions.Normal(mean, log_sigma.exp()).log_prob(actions).sum(dim=-1)
-
-
-def log_density__numpy(mean, log_sigma, actions):
-    mean, log_sigma, actions = (part.detach().numpy() for part in (mean, log_sigma, actions))
-    each = -((actions - mean) ** 2) / (2 * np.exp(2 * log_sigma)) - log_sigma
-    return (each - 0.5 * np.log(2 * np.pi)).sum(axis=-1)
 
 
 def log_density__double(mean, log_sigma, actions):
@@ -54,21 +84,6 @@ def discounted_returns__matrix(rewards, discount):
     return rewards @ torch.where(later >= 0, discount ** later.clamp(min=0).float(), 0.0)
 
 
-def reinforce_loss__boolean_mask(log_probs, returns, mask):
-    taken = mask.bool()
-    return -(log_probs[taken] * returns[taken]).mean()
-
-
-def reinforce_loss__one_element(log_probs, returns, mask):
-    return (log_probs * -returns * mask).sum().reshape(1) / mask.sum()
-
-
-def reinforce_loss__double(log_probs, returns, mask):
-    return (
-        -torch.einsum("et,et,et->", *(x.double() for x in (log_probs, returns, mask))) / mask.sum()
-    )
-
-
 def advantages__columns(rewards, values, discount, gae_lambda):
     columns, running, after = [], 0.0, 0.0
     for t in reversed(range(rewards.shape[1])):
@@ -80,3 +95,61 @@ def advantages__columns(rewards, values, discount, gae_lambda):
 
 def advantages__numpy(rewards, values, discount, gae_lambda):
     return advantages__columns(rewards, values, discount, gae_lambda).double().numpy()
+
+
+def policy_gradient__loop(actions, returns, mean, sigma, discount):
+    found = []
+    for row, following in zip(actions.tolist(), returns.tolist(), strict=True):
+        steps = enumerate(zip(row, following, strict=True))
+        found.append(sum(discount**t * g * (a - mean) / sigma**2 for t, (a, g) in steps))
+    return found
+
+
+def policy_gradient__double(actions, returns, mean, sigma, discount):
+    powers = torch.tensor([discount**t for t in range(actions.shape[1])], dtype=torch.float64)
+    return (
+        torch.einsum("et,et,t->e", (actions - mean).double(), returns.double(), powers) / sigma**2
+    )
+
+
+def policy_gradient__numpy(actions, returns, mean, sigma, discount):
+    powers = float(discount) ** np.arange(actions.shape[1])
+    return (powers * returns.numpy() * (actions.numpy() - mean)).sum(1) / sigma**2
+
+
+def compare_baselines__batch_by_batch(draw, estimate, baselines, batches):
+    estimates = {name: [] for name in baselines}
+    for _ in range(batches):
+        batch = draw()
+        for name in baselines:
+            estimates[name].append(estimate(batch, baselines[name](batch)))
+    stacked = {name: torch.stack(each) for name, each in estimates.items()}
+    return {name: (each, each.var(0, correction=0).sum().sqrt()) for name, each in stacked.items()}
+
+
+def compare_baselines__numpy(draw, estimate, baselines, batches):
+    seen = [draw() for _ in range(batches)]
+    found = {}
+    for name, baseline in baselines.items():
+        estimates = np.stack([estimate(batch, baseline(batch)).numpy() for batch in seen])
+        found[name] = [estimates, np.sqrt(estimates.var(axis=0).sum())]
+    return found
+
+
+def compare_baselines__one_less(draw, estimate, baselines, batches):
+    found = compare_baselines__batch_by_batch(draw, estimate, baselines, batches)
+    return {name: (each, float(each.var(0).sum() ** 0.5)) for name, (each, _) in found.items()}
+
+
+def best_constant__average(scores, returns):
+    return np.average(returns.numpy(), weights=(scores.numpy() ** 2).sum(1))
+
+
+def best_constant__float(scores, returns):
+    squared = (scores * scores).sum(dim=1).double()
+    return float(squared @ returns.double() / squared.sum())
+
+
+def best_constant__one_element(scores, returns):
+    weights = scores.norm(dim=1, keepdim=True) ** 2
+    return (weights.T @ returns[:, None] / weights.sum()).reshape(1)

@@ -1,7 +1,8 @@
 """Checks of the exercises, one module per notebook: ``check.<exercise>(student_function)``."""
 
 from .grades import require
-from .notebook_01 import advantages, discounted_returns, log_density, reinforce_loss
+from .notebook_01 import advantages, discounted_returns, log_density
+from .notebook_01_gradient import best_constant, compare_baselines, policy_gradient
 from .notebook_02 import episodes_needed, loitering_gain, point_step
 from .notebook_02_experiments import agreement, steer
 from .notebook_03 import misleading, nearest_distance, steps_before_reward, with_task
@@ -23,7 +24,9 @@ __all__ = [
     "agreement",
     "assumption_numbers",
     "averaged_log_density",
+    "best_constant",
     "break_the_substitution",
+    "compare_baselines",
     "conjugate_gradient",
     "discounted_returns",
     "episodes_needed",
@@ -40,7 +43,7 @@ __all__ = [
     "one_at_a_time",
     "performance_difference",
     "point_step",
-    "reinforce_loss",
+    "policy_gradient",
     "require",
     "seed_differences",
     "steer",

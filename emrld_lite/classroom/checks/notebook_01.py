@@ -1,4 +1,4 @@
-"""Checks of notebook 01: policies. All in single precision, as the notebook's own numbers are."""
+"""Checks of notebook 01: density, returns and GAE, in single precision, as the notebook's numbers are."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import torch
 
 from .answers import Student, Wrong, answered
 from .calls import ask
-from .values import as_graph, as_tensor, close, draws, episode_mask, judge, pulled_back
+from .values import as_graph, as_tensor, close, draws, judge, pulled_back
 
 SINGLE = torch.float32
 CONSTANT = 0.5 * math.log(2 * math.pi)
@@ -28,8 +28,7 @@ def log_density(student: Student) -> None:
             )
         value = as_tensor(got, shape[:-1], "one log-density per sample")
         _judge_log_density(value, *(part.double() for part in given))
-        if isinstance(got, torch.Tensor):  # what is in numpy cannot carry a gradient
-            _log_density_gradient(student, given)
+        _log_density_gradient(student, given)
 
 
 def _judge_log_density(
@@ -136,62 +135,6 @@ def _judge_returns(value: torch.Tensor, rewards: torch.Tensor, discount: float) 
     }
     hint = "the numbers differ. Try one episode by hand: rewards (0, 0, 1), gamma 0.9."
     judge(value, expected, mistakes, hint)
-
-
-@answered
-def reinforce_loss(student: Student) -> None:
-    """Check -mean(log pi * G): f(log_probs (episode, time), returns, mask) -> scalar, and its gradient."""
-    for seed, (episodes, horizon) in enumerate(((3, 5), (5, 4), (2, 8)), start=3):
-        normal = draws(seed, SINGLE)
-        log_probs = (normal(episodes, horizon) - 1).requires_grad_()
-        returns = normal(episodes, horizon) + 0.5
-        mask = episode_mask(episodes, horizon, seed, SINGLE)
-        asked = ask(student, log_probs, returns, mask)
-        got = as_graph(asked.answer, (), "a single number, a tensor that carries its gradient")
-        one = torch.ones((), dtype=torch.float64)
-        cut = "the loss has no gradient: is there a `.detach()` or `.item()` in it?"
-        slope = pulled_back(got, asked.given[0], one, cut)
-        _judge_reinforce(
-            got, slope, *(part.detach().double() for part in (log_probs, returns, mask))
-        )
-
-
-def _judge_reinforce(
-    got: torch.Tensor,
-    slope: torch.Tensor,
-    log_probs: torch.Tensor,
-    returns: torch.Tensor,
-    mask: torch.Tensor,
-) -> None:
-    """Compare the loss's gradient, then its value; name the mistake that they equal."""
-    steps, weighted = mask.sum(), returns * mask
-    mean = weighted.sum() / steps
-    mistakes = {
-        "the sign is turned: a loss goes down, and the return is to go up.": weighted / steps,
-        "steps after an episode's end count too: use the mask.": -returns / returns.numel(),
-        "the mask belongs in the sum, too: steps after an episode's end count there.": (
-            -returns / steps
-        ),
-        "you divide by all entries; the mean is over the steps that were taken.": (
-            -weighted / mask.numel()
-        ),
-        "you return the sum; the workbook's losses are means over the steps taken.": -weighted,
-        "you average each episode first; every step that was taken weighs the same.": (
-            -weighted / mask.sum(-1, keepdim=True) / len(mask)
-        ),
-        "you divide by the number of episodes; the mean is over the steps taken.": (
-            -weighted / len(mask)
-        ),
-        "you subtract the returns' mean first; a baseline comes later, here G is as it is.": (
-            -(returns - mean) * mask / steps
-        ),
-        "the returns are missing: log pi is weighed by G.": -mask / steps,
-        "log pi is used as it is: no exponential.": -weighted * log_probs.exp() / steps,
-    }
-    hint = "the numbers differ. It is one line: a masked mean of log pi times G, with a minus."
-    judge(slope, -weighted / steps, mistakes, hint)
-    if not close(got, -(log_probs * weighted).sum() / steps):
-        raise Wrong("the gradient is right, but the number is not: log pi times G, nothing added.")
 
 
 @answered
