@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import io
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import ipywidgets
 import matplotlib.pyplot as plt
 import torch
-from IPython.display import Image, display
+from IPython.display import display
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
@@ -25,6 +23,7 @@ from ...envs import Environment
 from ...experiments.plotting import LOOKS, demonstration
 from ...policy import Params
 from ...rollout import Rollout, collect, episode_returns
+from .answer import as_image
 
 EPISODES = 20  # per task, as in training
 BEFORE = "#777777"  # colour of D^tr
@@ -101,9 +100,7 @@ def adaptation_sliders(adapter: Adapter, task: int = 0) -> ipywidgets.Widget:
         for artist in drawn.pop(task, []):
             artist.remove()
         drawn[task] = _episodes(axes, adapter, task, Weights(w_rl, w_bc, warm))
-        png = io.BytesIO()
-        FigureCanvasAgg(axes.figure).print_png(png)
-        display(Image(png.getvalue(), alt=axes.get_title()))
+        display(as_image(axes.figure))
 
     weight = {"min": 0.0, "max": LARGEST_WEIGHT, "step": 0.1, "continuous_update": False}
     last = len(adapter.demonstrations.tasks) - 1

@@ -14,6 +14,7 @@ from ...tabular.figures import slacks
 from ...validation import check_choice
 from ..proof_drops import MOVES
 from ..sketches.waterfall import waterfall
+from .answer import as_image
 
 FALSE_CLAIMS = (
     "nothing",
@@ -29,7 +30,7 @@ def bound_sliders() -> None:
     """Show sliders for the corridor family and the waterfall from its improvement to the bound."""
 
     def show(quality: float, share: float, discount: float, stubbornness: float) -> None:
-        display(bound_picture(quality, share, discount, stubbornness))
+        display(as_image(bound_picture(quality, share, discount, stubbornness)))
 
     unit = {"min": 0.0, "max": 1.0, "step": 0.05, "continuous_update": False}
     ipywidgets.interact(
@@ -64,7 +65,7 @@ def assumption_sliders() -> None:
     """Show what the proof takes for granted, a slider that breaks it, and which moves then fail."""
 
     def show(claim: str, amount: float) -> None:
-        display(assumption_picture(claim, amount))
+        display(as_image(assumption_picture(claim, amount)))
 
     ipywidgets.interact(
         show,

@@ -23,6 +23,7 @@ from ...envs import make
 from ...experiments import plotting
 from ...rollout import Rollout, collect, episode_returns
 from ...validation import check_choice
+from .answer import as_image
 
 ENVIRONMENT = "two_wheeled"
 NOISES = (0.0, 0.05, 0.1, 0.2, 0.3)  # of the action range
@@ -97,7 +98,7 @@ def cloning_sliders(copies: Copies) -> None:
     """Show sliders for the noise of the demonstration and the steps that are cut from its beginning."""
 
     def show(noise: float, cut: int) -> None:
-        display(cloning_picture(copies, noise, cut))
+        display(as_image(cloning_picture(copies, noise, cut)))
 
     ipywidgets.interact(
         show,

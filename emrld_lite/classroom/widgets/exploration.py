@@ -18,6 +18,7 @@ from ...experiments import plotting
 from ...policy import Params
 from ...rollout import Rollout, collect
 from ...validation import real_number
+from .answer import as_image
 
 SMALLEST, LARGEST = 0.03, 30.0
 MEASURED_AT = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
@@ -68,7 +69,7 @@ def exploration_sliders(params: Params, spread: Spread) -> None:
     """Show a slider for sigma over the paths and the two curves."""
 
     def show(sigma: float) -> None:
-        display(exploration_picture(params, spread, sigma))
+        display(as_image(exploration_picture(params, spread, sigma)))
 
     ipywidgets.interact(
         show,

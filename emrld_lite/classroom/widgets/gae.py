@@ -24,6 +24,7 @@ from ...envs import make
 from ...policy import Params, distribution
 from ...rollout import Rollout, collect
 from ...validation import check_choice, real_number
+from .answer import as_image
 
 DISCOUNT = 0.95  # Table 1
 GOAL = torch.tensor([[0.0, 2.0]])
@@ -110,7 +111,7 @@ def gae_sliders(differences: Differences) -> None:
     """Show controls for lambda, for V and for how many pairs are averaged, and the errors."""
 
     def show(gae_lambda: float, values: str, count: int) -> None:
-        display(gae_picture(differences, gae_lambda, values, count))
+        display(as_image(gae_picture(differences, gae_lambda, values, count)))
 
     ipywidgets.interact(
         show,

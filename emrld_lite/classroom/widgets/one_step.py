@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...validation import real_number
+from .answer import as_image
 
 CURVATURES, OPTIMA = np.array([1.0, 9.0]), np.array([-1.0, 1.0])
 LARGEST_ALPHA = 0.15  # beyond 2/9 the steep task's step would lead away from its optimum
@@ -55,7 +56,7 @@ def one_step_sliders() -> None:
     """Show sliders for alpha and theta above the two panels."""
 
     def show(alpha: float, theta: float) -> None:
-        display(one_step_picture(alpha, theta))
+        display(as_image(one_step_picture(alpha, theta)))
 
     ipywidgets.interact(
         show,

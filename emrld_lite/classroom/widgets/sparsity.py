@@ -20,6 +20,7 @@ from ...envs.goals import GOAL_RADIUS
 from ...envs.point2d import HORIZON, NEAR, displacement
 from ...policy import initialise, mean
 from ...validation import real_number
+from .answer import as_image
 
 ANGLES = (0, 180)  # degrees from the x axis
 RADII = (0.05, 1.95)  # at 2 the start itself would be paid
@@ -50,7 +51,7 @@ def sparsity_sliders(walks: Walks) -> None:
     """Show sliders for the goal's angle and the radius that pays, over the same walks."""
 
     def show(angle: float, radius: float) -> None:
-        display(sparsity_picture(walks, angle, radius))
+        display(as_image(sparsity_picture(walks, angle, radius)))
 
     low, high = RADII
     ipywidgets.interact(

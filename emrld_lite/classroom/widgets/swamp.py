@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from ...tabular import related_bounds, slippery_pair, theorem_1
 from ...tabular.figures import LOOKS as BOUND_LOOKS
 from ..sketches.swamp import two_states
+from .answer import as_image
 
 HATCHES = {"substituted": "//", "improvement": "", "bound": ".."}
 
@@ -18,7 +19,7 @@ def swamp_sliders() -> None:
     """Show sliders for the discount, the slip into the swamp, and the demonstrator's lead."""
 
     def show(discount: float, slip: float, lead: float) -> None:
-        display(swamp_picture(discount, slip, lead))
+        display(as_image(swamp_picture(discount, slip, lead)))
 
     step = {"step": 0.01, "continuous_update": False}
     ipywidgets.interact(
