@@ -25,6 +25,7 @@ GYMNASIUM_IDS = {
     "half_cheetah": "emrld_lite/HalfCheetahForwardBackward-v0",
     "two_wheeled_drift": "emrld_lite/TwoWheeledDrift-v0",
     "two_wheeled_literal_drift": "emrld_lite/TwoWheeledLiteralDrift-v0",
+    "turtlebot": "emrld_lite/TurtleBot-v0",
 }
 
 for _name, _id in GYMNASIUM_IDS.items():
