@@ -6,10 +6,10 @@ Read the modules in the order the data flows through them, which is the order of
     advantage -> demonstrations -> losses -> adapt -> trpo -> learners -> algorithms -> config ->
     train -> evaluate
 
-Around them stand four rooms: ``demonstrators`` (where demonstrations come from), ``experiments``
-(runs made, stored, summed up and drawn), ``tabular`` (Theorem 1 in finite worlds) and ``classroom``
-(the notebooks' checks and widgets); ``__main__`` is the command line. Tensor axes are always
-``(task, episode, time, dim)``, in this order.
+Around them stand five rooms: ``demonstrators`` (where demonstrations come from), ``robot`` (a
+TurtleBot over ROS), ``experiments`` (runs made, stored, summed up and drawn), ``tabular`` (Theorem 1
+in finite worlds) and ``classroom`` (the notebooks' checks and widgets); ``__main__`` is the command
+line. Tensor axes are always ``(task, episode, time, dim)``, in this order.
 
 The paper is Rengarajan, Chaudhary, Kim, Kalathil and Shakkottai, "Enhanced Meta Reinforcement
 Learning using Demonstrations in Sparse Reward Environments", NeurIPS 2022.

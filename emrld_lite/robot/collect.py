@@ -37,7 +37,7 @@ class Episode(NamedTuple):
 def collect_driven(
     driver: Driver, params: Params, episodes: int, out: Path, random: torch.Generator
 ) -> Rollout:
-    """Let one policy drive until ``out`` (.npz) holds ``episodes`` episodes; returns them, (1, episode, time).
+    """Let one policy drive until ``out`` (.npz) holds ``episodes`` episodes; returns them as one task.
 
     Each finished episode is written at once, so a robot that fails costs one: its RobotError says how
     many are kept, and the same call goes on after them. A file of another policy raises InputError.

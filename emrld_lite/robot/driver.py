@@ -38,8 +38,9 @@ class Driver(gymnasium.Env):
     observation that the policy saw to the command ("delay"), by the robot's clock.
 
     ``bias``, rad/s, is added to every angular velocity, unseen by the policy: for a real robot, which
-    does not drift by itself. After a RobotError, and at the end of every episode, the robot is told to
-    stand still; a new reset begins anew. One driver per program and per robot; close it after use.
+    does not drift by itself; ``topics`` are its odometry and its commands. After a RobotError, and at
+    the end of every episode, the robot is told to stand still; a new reset begins anew. One driver per
+    program and per robot; close it after use.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
@@ -51,11 +52,12 @@ class Driver(gymnasium.Env):
         limits: Limits | None = None,
         bias: float = 0.0,
         carry: Callable[[], None] | None = None,
+        topics: tuple[str, str] = (ODOMETRY, COMMANDS),
     ) -> None:
         self.environment = environment or TwoWheeledDrift()
         self.limits = limits or Limits()
         self.bias = real_number("bias", bias, -2.0, 2.0)
-        self._carry = carry
+        self._carry, self._topics = carry, topics
         high = np.array(self.environment.observation_high, dtype=np.float32)
         self.observation_space = gymnasium.spaces.Box(-high, high, dtype=np.float32)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (2,), dtype=np.float32)
@@ -65,6 +67,7 @@ class Driver(gymnasium.Env):
         self._heard = threading.Condition()
         self._odometer = Odometer(self.limits)
         self._command: tuple[float, float] | None = None
+        self._last = 0.0  # by this computer's clock, when the last message came
         self._until = 0.0  # by the robot's clock, when the command in force ends
         self._state: np.ndarray | None = None
         self._closed = False
@@ -134,40 +137,44 @@ class Driver(gymnasium.Env):
             return
         self._state = None
         self.stop()
-        self._closed = True
-        self._watch.close()
         time.sleep(LAST_COMMAND)
-        self._subscriber.unregister()
-        self._publisher.unregister()
+        self._leave()
         self._open.release()
 
     def _connect(self) -> None:
         """Find the robot; raises RobotSilent where none is, TwoDrivers where it has a driver."""
         rospy = self._ros.rospy
-        self._watch = Watch(rospy.get_name(), COMMANDS, self.limits.patience)
-        self._publisher = rospy.Publisher(COMMANDS, self._ros.Twist, queue_size=1)
+        odometry, commands = self._topics
+        self._watch = Watch(rospy.get_name(), self.limits.patience, commands, odometry)
+        self._publisher = rospy.Publisher(commands, self._ros.Twist, queue_size=1)
         self._subscriber = rospy.Subscriber(
-            ODOMETRY, self._ros.Odometry, self._take, queue_size=100
+            odometry, self._ros.Odometry, self._take, queue_size=100
         )
-        rospy.on_shutdown(self.stop)
         try:
             self._wait(None)
             deadline = time.monotonic() + self.limits.patience
             while not self._publisher.get_num_connections():
                 if time.monotonic() > deadline:
                     raise RobotSilent(
-                        f"waited {self.limits.patience:.1f} s: nobody listens to {COMMANDS}"
+                        f"waited {self.limits.patience:.1f} s: nobody listens to {commands}"
                     )
                 time.sleep(0.02)
         except BaseException:
-            self._watch.close()
-            self._subscriber.unregister()
-            self._publisher.unregister()
+            self._leave()
             raise
+        rospy.on_shutdown(self.stop)
+
+    def _leave(self) -> None:
+        """Leave the topics."""
+        self._closed = True
+        self._watch.close()
+        self._subscriber.unregister()
+        self._publisher.unregister()
 
     def _take(self, message: Any) -> None:
         """Take one message of odometry, in the thread of the callbacks, and repeat the command."""
         with self._heard:
+            self._last = time.monotonic()
             try:
                 fresh = self._odometer.add(reading_of(message), time.time())
             except RobotError as error:
@@ -195,18 +202,19 @@ class Driver(gymnasium.Env):
 
     def _wait(self, target: float | None) -> Reading:
         """Return the first reading at or after ``target`` by the robot's clock, or the next one at all."""
-        begun, watch = time.monotonic(), self._watch
+        begun = self._last = time.monotonic()
         with self._heard:
             self._odometer.listen()
             while True:
-                watch.check()
+                self._watch.check()
                 reading = self._odometer.take(-np.inf if target is None else target)
                 if reading is not None:
                     return reading
-                left = begun + self.limits.patience - time.monotonic()
-                if left <= 0:
-                    raise self._odometer.why_not(target or 0.0, self.limits.patience)
-                self._heard.wait(min(left, 0.1))
+                now = time.monotonic()
+                waited = now - begun
+                if waited > self.limits.patience:
+                    raise self._odometer.why_not(target or 0.0, waited, quiet=now - self._last)
+                self._heard.wait(0.1)
 
     def _publish(self, v: float, omega: float) -> None:
         twist = self._ros.Twist()

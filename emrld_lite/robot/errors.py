@@ -42,3 +42,7 @@ class MasterGone(RobotError):
 
 class TwoDrivers(RobotError):
     """Somebody else drives, too."""
+
+
+class TwoRobots(RobotError):
+    """Two robots publish the same odometry."""

@@ -41,7 +41,7 @@ class RobotNode:
         rospy = self._ros.rospy
         self._born = time.time()
         self._said: str | None = None
-        self._watch = Watch(rospy.get_name(), None, WITHOUT_MASTER)
+        self._watch = Watch(rospy.get_name(), WITHOUT_MASTER)
         self._before = robot.seen.copy()
         self._odometry = rospy.Publisher(ODOMETRY, self._ros.Odometry, queue_size=100)
         self._commands = rospy.Subscriber(COMMANDS, self._ros.Twist, self._command, queue_size=10)

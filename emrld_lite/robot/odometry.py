@@ -146,11 +146,13 @@ class Odometer:
             self._kept.pop(0)
         return self._kept[0] if self._kept else None
 
-    def why_not(self, target: float, waited: float) -> RobotError:
-        """Return the error of a wait that was in vain for ``waited`` seconds."""
+    def why_not(self, target: float, waited: float, quiet: float) -> RobotError:
+        """Return the error of a wait of ``waited`` seconds in vain, the last ``quiet`` of them in silence."""
         wanted = f"waited {waited:.1f} s for the robot's odometry at {target:.2f} s by its clock"
-        if not self.fresh and not self.stale:
-            return RobotSilent(f"{wanted}: nothing came on /odom; is the robot on, and in reach?")
+        if quiet > 0.5 * waited:
+            return RobotSilent(
+                f"{wanted}: nothing came for the last {quiet:.1f} s; is the robot on, and in reach?"
+            )
         if not self.fresh:
             return StaleOdometry(
                 f"{wanted}: {self.stale} messages came, none newer than "
