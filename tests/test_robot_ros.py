@@ -34,7 +34,8 @@ if shutil.which("rosmaster") is None:
     pytest.skip(f"rosmaster is missing: apt-get install {ros.PACKAGES}", allow_module_level=True)
 
 from emrld_lite.robot.driver import Driver
-from emrld_lite.robot.odometry import Limits
+from emrld_lite.robot.odometry import Limits, Odometer, reading_of, relative
+from emrld_lite.storage import DATA
 
 PACE, BIAS = 10.0, -0.65
 AHEAD = (1.0, 0.65 / 1.5)  # full speed, steering against the bias
@@ -449,12 +450,53 @@ def test_two_drivers_at_once(robot, master, odometry, tmp_path):
         drive(driver, AHEAD, 1)
 
 
+@pytest.fixture(scope="module")
+def bag():
+    """Return the recorded messages of one run, (topic, message), in the order in which they came."""
+    try:
+        import rosbag  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        pytest.skip(f"{error.name} is missing: apt-get install python3-rosbag")
+    with rosbag.Bag(str(DATA / "robot" / "one-run.bag")) as bag:
+        return [(topic, message) for topic, message, _ in bag.read_messages()]
+
+
+def recorded():
+    """Return the two episodes of the run, as they were driven."""
+    return [load_episodes(DATA / "robot" / f"{name}.npz")[0] for name in ("before", "after")]
+
+
+def test_a_recorded_run_gives_its_trajectories(bag):
+    """Each step ends with the first reading that is half a second newer than the end of the one before it."""
+    odometer, episodes, target, stopped = Odometer(Limits()), [], None, True
+    for topic, message in bag:
+        if topic == "/odom":
+            odometer.add(reading_of(message))
+            if target is not None and (reading := odometer.take(target)) is not None:
+                episodes[-1].append(relative(reading, odometer.origin)[1:])
+                target = reading.stamp + odometer.limits.period
+        else:
+            drives = (message.linear.x, message.angular.z) != (0.0, 0.0)
+            if drives and stopped:
+                odometer.set_origin()
+                episodes.append([(0.0, 0.0, 0.0)])
+                target = odometer.newest.stamp + odometer.limits.period
+            elif not drives:
+                target = None
+            stopped = not drives
+    for states, episode in zip(episodes, recorded(), strict=True):
+        assert episode.success and len(states) == len(episode.states) + 1
+        np.testing.assert_allclose(states[:-1], episode.states, atol=1e-6)
+        assert np.abs(np.array(states[-1][:2]) - (2.0, 1.0)).max() <= 0.1  # the goal's box
+
+
 WITHOUT_MASTER = """
 import json, threading
 import numpy as np
 from emrld_lite.robot.driver import Driver
 from emrld_lite.robot.node import RobotNode
-from emrld_lite.robot.odometry import Limits
+from emrld_lite.robot.odometry import Limits, Odometer, reading_of, relative
+from emrld_lite.storage import DATA
 from emrld_lite.robot.simulated import SimulatedRobot
 
 robot, said = SimulatedRobot(), {}
