@@ -33,3 +33,12 @@ for _name, _id in GYMNASIUM_IDS.items():
         gymnasium.register(
             _id, entry_point="emrld_lite.envs:single_episode", kwargs={"name": _name}
         )
+
+ROBOT_ID = (
+    "emrld_lite/TurtleBotOverROS-v0"  # speaks to a robot, so it is none of the simulations above
+)
+
+if ROBOT_ID not in gymnasium.registry:
+    gymnasium.register(
+        ROBOT_ID, entry_point="emrld_lite.robot.driver:Driver", nondeterministic=True
+    )

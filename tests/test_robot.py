@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 
+from emrld_lite.__main__ import main
 from emrld_lite.adapt import Adaptation, adapt
 from emrld_lite.advantage import Score
 from emrld_lite.demonstrations import load_demonstrations
@@ -19,6 +20,7 @@ from emrld_lite.policy import initialise
 from emrld_lite.robot import collect, errors, ros
 from emrld_lite.robot.odometry import Limits, Odometer, Reading, reading_of, relative
 from emrld_lite.robot.simulated import WATCHDOG, SimulatedRobot, clamped
+from emrld_lite.storage import DATA
 from emrld_lite.validation import InputError
 
 EXACT = Hardware(delay=0.0, odometry_slide=0.0, odometry_turn=0.0)
@@ -233,6 +235,14 @@ def test_without_ros_a_sentence_says_what_to_install(monkeypatch, tmp_path):
     with pytest.raises(errors.RosMissing, match=r"module rospy is not here.*apt-get install"):
         ros.find_ros()
     ros.find_ros.cache_clear()
+
+
+def test_a_run_of_another_environment_is_not_driven(tmp_path, capsys):
+    run = DATA / "runs" / "point2d-optimal-emrld-seed0"
+    with pytest.raises(SystemExit) as stop:
+        main(["robot-drive", "--run", str(run), "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert "expected a run of two_wheeled_drift, got point2d" in capsys.readouterr().err
 
 
 class ScriptedDriver:

@@ -15,9 +15,11 @@ import sys
 import threading
 import time
 
+import gymnasium
 import numpy as np
 import pytest
 import torch
+from gymnasium.utils.env_checker import check_env
 
 from emrld_lite.__main__ import main
 from emrld_lite.policy import initialise
@@ -69,11 +71,17 @@ def end(process, number=signal.SIGTERM):
         return process.wait()
 
 
+def surroundings(port, folder):
+    """Return the environment variables with which ROS stays on the loopback, and writes into a folder."""
+    uri = f"http://127.0.0.1:{port}"
+    return {"ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1", "ROS_HOME": str(folder)}
+
+
 @contextlib.contextmanager
-def master_process(port):
+def master_process(port, told):
     """Run a master on a port of the loopback."""
-    log = subprocess.DEVNULL
-    process = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], stdout=log, stderr=log)
+    command, log = ["rosmaster", "--core", "-p", str(port)], subprocess.DEVNULL
+    process = subprocess.Popen(command, stdout=log, stderr=log, env={**os.environ, **told})
     try:
         yield process
     finally:
@@ -81,13 +89,13 @@ def master_process(port):
 
 
 @pytest.fixture(scope="module")
-def master():
+def master(tmp_path_factory):
     """Return the environment variables of a master that answers; this process speaks to it, too."""
     port = free_port()
-    told = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1"}
+    told = surroundings(port, tmp_path_factory.mktemp("ros"))
     before = {name: os.environ.get(name) for name in told}
     os.environ.update(told)
-    with master_process(port):
+    with master_process(port, told):
         until(answers, what="the master")
         yield dict(os.environ)
         ROS.rospy.signal_shutdown("the tests are over")
@@ -254,6 +262,15 @@ def test_it_drives_straight_where_the_policy_steers_against_the_drift(driver):
     assert abs(seen[1]) < 0.1
 
 
+def test_gymnasium_takes_it_for_an_environment(robot):
+    single = gymnasium.make("emrld_lite/TurtleBotOverROS-v0", limits=Limits(gap=5.0))
+    try:
+        # its check of close() makes a second one, which is refused while the first is open
+        check_env(single.unwrapped, skip_render_check=True, skip_close_check=True)
+    finally:
+        single.close()
+
+
 def test_every_reset_is_an_origin(driver):
     driver.reset()
     drive(driver, (-1.0, 1.0), 4)  # turn on the spot
@@ -392,6 +409,32 @@ def test_a_policy_that_hangs_lets_the_robot_stop(fake):
         fake.stopped()  # without another call of the driver
 
 
+def test_a_real_robot_is_carried_back_and_given_its_drift(fake):
+    carried = []
+    driver = Driver(bias=BIAS, carry=lambda: carried.append(fake.now), topics=FAKE)
+    try:
+        for _ in range(2):
+            driver.reset()
+            drive(driver, AHEAD, 1)
+        assert len(carried) == 2
+        assert fake.commands[-1] == pytest.approx((0.15, 0.0), abs=1e-6)
+    finally:
+        driver.close()
+
+
+def test_ctrl_c_in_a_step_stops_the_robot(fake, monkeypatch):
+    def interrupt():
+        raise KeyboardInterrupt
+
+    with driving(FAKE) as driver:
+        driver.reset()
+        drive(driver, AHEAD, 1)
+        monkeypatch.setattr(driver._watch, "check", interrupt)  # it is called while a step waits
+        with pytest.raises(KeyboardInterrupt):
+            driver.step(np.array(AHEAD))
+        fake.stopped()
+
+
 def test_no_robot_at_all(master):
     with raises_within(errors.RobotSilent, PATIENCE, "nothing came for"):
         Driver(limits=Limits(patience=PATIENCE), topics=("/nobody/odom", "/nobody/cmd_vel"))
@@ -423,7 +466,7 @@ def intruder(master, log):
         code = INTRUDER.format(debian=str(ros.DEBIAN))
         process = subprocess.Popen(
             [sys.executable, "-c", code],
-            env={**master, "ROS_HOME": str(log.parent)},
+            env=master,
             stdout=file,
             stderr=file,
         )
@@ -528,10 +571,10 @@ print(json.dumps(said), flush=True)
 """
 
 
-def test_a_master_that_goes_away():
+def test_a_master_that_goes_away(tmp_path):
     port = free_port()
-    told = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1"}
-    with master_process(port) as master, subprocess.Popen(
+    told = surroundings(port, tmp_path)
+    with master_process(port, told) as master, subprocess.Popen(
         [sys.executable, "-c", WITHOUT_MASTER],
         env={**os.environ, **told},
         stdout=subprocess.PIPE,
@@ -554,6 +597,18 @@ def test_a_master_that_goes_away():
     assert said["driver"] == "MasterGone" and said["node"] == "MasterGone", said
     assert f"no ROS master answers at http://127.0.0.1:{port}" in said["words"]
     assert said["moved"] < 1e-4
+
+
+def test_a_stored_run_is_driven_adapted_and_driven(robot, tmp_path, capsys):
+    run = DATA / "runs" / "two_wheeled_drift-optimal-emrld-ws-seed0"
+    main(
+        ["robot-drive", "--run", str(run), "--out", str(tmp_path), "--episodes", "1"]
+        + ["--patience", "20"]
+    )
+    said = capsys.readouterr().out
+    for when, name in (("before adaptation", "before"), ("after one step", "after")):
+        reached = int(load_episodes(tmp_path / f"{name}.npz")[0].success)
+        assert f"{when}: {reached} of 1 reached the goal" in said
 
 
 def test_ctrl_c_ends_the_node(robot):  # the last of this file: it takes the robot away

@@ -189,8 +189,8 @@ class Driver(gymnasium.Env):
 
     def _send(self, action: np.ndarray) -> Reading:
         """Command a policy's action; returns the newest reading then."""
-        e = self.environment
-        v, omega = velocities(torch.from_numpy(action), e.v_limit, e.omega_limit).tolist()
+        limits = self.environment.v_limit, self.environment.omega_limit
+        v, omega = velocities(torch.from_numpy(action), *limits).tolist()
         with self._heard:
             newest = self._odometer.newest
             assert newest is not None
