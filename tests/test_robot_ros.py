@@ -401,6 +401,15 @@ def test_odometry_that_is_no_pose(fake):
         fake.stopped()
 
 
+def test_a_command_is_repeated_while_it_is_in_force(fake):
+    """A step of half a second has ten readings; firmware stops a robot that hears nothing for as long."""
+    with driving(FAKE) as driver:
+        driver.reset()
+        drive(driver, AHEAD, 1)
+    repeated = [v for v, _ in fake.commands if v == pytest.approx(0.15)]
+    assert len(repeated) >= 5
+
+
 def test_a_policy_that_hangs_lets_the_robot_stop(fake):
     with driving(FAKE) as driver:
         driver.reset()
@@ -478,11 +487,15 @@ def intruder(master, log):
 
 def test_two_drivers_at_once(robot, master, odometry, tmp_path):
     with driving(gap=5.0) as driver:
-        driver.reset()
         with intruder(master, tmp_path / "intruder.log"):
-            with raises_within(errors.TwoDrivers, 20.0, "found /intruder"):
-                for _ in range(99):
-                    driver.step(np.array(AHEAD))
+            deadline = time.monotonic() + 60.0  # for the other program to start
+            with pytest.raises(errors.TwoDrivers, match="found /intruder"):
+                ended = True
+                while time.monotonic() < deadline:
+                    if ended:
+                        driver.reset()
+                    _, _, terminated, truncated, _ = driver.step(np.array(AHEAD))
+                    ended = terminated or truncated
             driver.close()
             with pytest.raises(errors.TwoDrivers, match="found /intruder"):
                 Driver()
@@ -601,10 +614,8 @@ def test_a_master_that_goes_away(tmp_path):
 
 def test_a_stored_run_is_driven_adapted_and_driven(robot, tmp_path, capsys):
     run = DATA / "runs" / "two_wheeled_drift-optimal-emrld-ws-seed0"
-    main(
-        ["robot-drive", "--run", str(run), "--out", str(tmp_path), "--episodes", "1"]
-        + ["--patience", "20"]
-    )
+    told = ["--run", str(run), "--out", str(tmp_path), "--episodes", "1", "--patience", "20"]
+    main(["robot-drive", *told])
     said = capsys.readouterr().out
     for when, name in (("before adaptation", "before"), ("after one step", "after")):
         reached = int(load_episodes(tmp_path / f"{name}.npz")[0].success)
