@@ -486,19 +486,18 @@ def intruder(master, log):
 
 
 def test_two_drivers_at_once(robot, master, odometry, tmp_path):
-    with driving(gap=5.0) as driver:
-        with intruder(master, tmp_path / "intruder.log"):
-            deadline = time.monotonic() + 60.0  # for the other program to start
-            with pytest.raises(errors.TwoDrivers, match="found /intruder"):
-                ended = True
-                while time.monotonic() < deadline:
-                    if ended:
-                        driver.reset()
-                    _, _, terminated, truncated, _ = driver.step(np.array(AHEAD))
-                    ended = terminated or truncated
-            driver.close()
-            with pytest.raises(errors.TwoDrivers, match="found /intruder"):
-                Driver()
+    with driving(gap=5.0) as driver, intruder(master, tmp_path / "intruder.log"):
+        deadline = time.monotonic() + 60.0  # for the other program to start
+        with pytest.raises(errors.TwoDrivers, match="found /intruder"):
+            ended = True
+            while time.monotonic() < deadline:
+                if ended:
+                    driver.reset()
+                _, _, terminated, truncated, _ = driver.step(np.array(AHEAD))
+                ended = terminated or truncated
+        driver.close()
+        with pytest.raises(errors.TwoDrivers, match="found /intruder"):
+            Driver()
     assert "drivers at once" in robot.log.read_text()
     stands(odometry)
     with driving(gap=5.0) as driver:  # the intruder was killed, but stands in the master's books
