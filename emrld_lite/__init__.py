@@ -6,10 +6,10 @@ Read the modules in the order the data flows through them, which is the order of
     advantage -> demonstrations -> losses -> adapt -> trpo -> learners -> algorithms -> config ->
     train -> evaluate
 
-Around them stand four rooms: ``demonstrators`` (where demonstrations come from), ``experiments``
-(runs made, stored, summed up and drawn), ``tabular`` (Theorem 1 in finite worlds) and ``classroom``
-(the notebooks' checks and widgets); ``__main__`` is the command line. Tensor axes are always
-``(task, episode, time, dim)``, in this order.
+Around them stand five rooms: ``demonstrators`` (where demonstrations come from), ``robot`` (a
+TurtleBot over ROS), ``experiments`` (runs made, stored, summed up and drawn), ``tabular`` (Theorem 1
+in finite worlds) and ``classroom`` (the notebooks' checks and widgets); ``__main__`` is the command
+line. Tensor axes are always ``(task, episode, time, dim)``, in this order.
 
 The paper is Rengarajan, Chaudhary, Kim, Kalathil and Shakkottai, "Enhanced Meta Reinforcement
 Learning using Demonstrations in Sparse Reward Environments", NeurIPS 2022.
@@ -25,6 +25,7 @@ GYMNASIUM_IDS = {
     "half_cheetah": "emrld_lite/HalfCheetahForwardBackward-v0",
     "two_wheeled_drift": "emrld_lite/TwoWheeledDrift-v0",
     "two_wheeled_literal_drift": "emrld_lite/TwoWheeledLiteralDrift-v0",
+    "turtlebot": "emrld_lite/TurtleBot-v0",
 }
 
 for _name, _id in GYMNASIUM_IDS.items():
@@ -32,3 +33,12 @@ for _name, _id in GYMNASIUM_IDS.items():
         gymnasium.register(
             _id, entry_point="emrld_lite.envs:single_episode", kwargs={"name": _name}
         )
+
+ROBOT_ID = (
+    "emrld_lite/TurtleBotOverROS-v0"  # speaks to a robot, so it is none of the simulations above
+)
+
+if ROBOT_ID not in gymnasium.registry:
+    gymnasium.register(
+        ROBOT_ID, entry_point="emrld_lite.robot.driver:Driver", nondeterministic=True
+    )

@@ -17,8 +17,9 @@ DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
 
 demos makes demonstrations, train meta-trains on them and stores the run, evaluate adapts a stored
 run to unseen tasks, sweep makes the runs of a grid, figures draws the stored runs, bench measures
-the cost, lottery trains under other seeds and as on other processors. Every command explains its
-options with --help."""
+the cost, lottery trains under other seeds and as on other processors; robot-node simulates a
+TurtleBot on ROS, robot-drive drives it, or a real one. Every command explains its options with
+--help."""
 REFUSED = 2
 INTERRUPTED, TERMINATED = 130, 143  # a shell's exit codes for Ctrl-C and for kill
 NO_MEMORY = "allocate memory"  # in what torch says where there is none left
@@ -93,7 +94,7 @@ def _parse(
     try:
         with contextlib.redirect_stderr(said):
             return tyro.extras.subcommand_cli_from_dict(
-                {command.__name__: asked(command) for command in commands},
+                {command.__name__.replace("_", "-"): asked(command) for command in commands},
                 prog="python -m emrld_lite",
                 description=DESCRIPTION,
                 args=arguments,

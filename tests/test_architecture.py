@@ -16,7 +16,7 @@ PACKAGE = Path(emrld_lite.__file__).parent
 ORDER = re.findall(
     r"\w+", emrld_lite.__doc__.partition("::")[2].partition("\n\n    ")[2].partition("\n\n")[0]
 )
-ROOMS = ("demonstrators", "experiments", "tabular", "classroom")
+ROOMS = ("demonstrators", "robot", "experiments", "tabular", "classroom")
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 
@@ -57,6 +57,7 @@ def test_a_module_imports_only_what_stands_before_it(module):
     ("room", "closed"),
     [
         ("demonstrators", {"experiments", "tabular", "classroom"}),
+        ("robot", {"demonstrators", "experiments", "tabular", "classroom"}),
         ("experiments", {"tabular", "classroom"}),
         ("tabular", {"experiments", "demonstrators", "classroom"}),
     ],
@@ -86,7 +87,7 @@ def test_nothing_imports_notebooks_or_tests():
 
 
 LIGHT = ("", ".losses", ".train", ".experiments.runs", ".experiments.commands")
-HEAVY = {"mujoco", "matplotlib", "distributed"}
+HEAVY = {"mujoco", "matplotlib", "distributed", "rospy"}
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
 """The environments by name, batched for the algorithms; the package registers them for everyone else.
 
-Each is imported when it is first made, so that only the cheetah loads MuJoCo.
+Each is imported when it is first made, so that only the cheetah and the robot load MuJoCo.
 
 >>> environment = make("point2d")
 >>> import emrld_lite, gymnasium
@@ -20,7 +20,7 @@ from .base import Environment, Transition
 if TYPE_CHECKING:
     from .gymnasium_env import SingleEpisode
 
-__all__ = ["ENVIRONMENTS", "GYMNASIUM_IDS", "Environment", "Transition", "family", "make"]
+__all__ = ["ENVIRONMENTS", "GYMNASIUM_IDS", "ROBOTS", "Environment", "Transition", "family", "make"]
 
 ENVIRONMENTS = {  # name: module and class
     "point2d": ("point2d", "Point2D"),
@@ -30,10 +30,12 @@ ENVIRONMENTS = {  # name: module and class
     "two_wheeled_literal_drift": ("two_wheeled_drift", "TwoWheeledLiteralDrift"),
 }
 
+ROBOTS = {"turtlebot": ("turtlebot", "TurtleBot")}  # to drive, not to train in
+
 
 def family(name: str) -> type[Environment]:
     """Return the class of the environment called ``name``; an unknown name raises InputError."""
-    module, cls = lookup("environment", name, ENVIRONMENTS)
+    module, cls = lookup("environment", name, ENVIRONMENTS | ROBOTS)
     return getattr(importlib.import_module(f".{module}", __name__), cls)
 
 

@@ -2,6 +2,7 @@
 
 from .demonstrations import demos
 from .measuring import bench, evaluate, figures
+from .robots import robot_drive, robot_node
 from .training import lottery, sweep, train
 
-COMMANDS = (demos, train, evaluate, sweep, figures, bench, lottery)
+COMMANDS = (demos, train, evaluate, sweep, figures, bench, lottery, robot_node, robot_drive)
