@@ -82,7 +82,8 @@ class Lab:
         self.page.goto(f"{url}lab/tree/{path.name}?reset&token={TOKEN}")
         self.cells = self.page.locator(".jp-Notebook .jp-Cell")
         self.idle = self.page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]')
-        self.failures = self.page.locator('.jp-OutputArea-output[data-mime-type$="jupyter.error"]')
+        outputs = self.page.locator(".jp-OutputArea-output")
+        self.failures = outputs.filter(has_text="Traceback (most recent call last)")
         expect(self.cells).to_have_count(len(self.saved().cells))
         expect(self.idle).to_be_visible()
 
