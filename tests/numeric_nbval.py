@@ -33,7 +33,7 @@ from nbval.plugin import IPyNbCell, IPyNbFile
 
 from emrld_lite.experiments.machine import LOTS
 
-STUDENT_LOT = "plain"  # so that every cell that trains also runs with another machine's digits
+OTHER_LOT = "plain"  # the digits of another machine; only complete notebooks hold all assertions
 NUMBER = re.compile(
     r" *(?<![\w.])(?P<number>[-+−]?"
     r"(?:(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:[eE][-+]?\d+)?|nan|inf))(?!\w) *"
@@ -147,9 +147,9 @@ class NumericFile(IPyNbFile):
     """A notebook whose code cells are compared as numbers, run on one of the lottery's machines."""
 
     def setup(self) -> None:
-        """Start the kernel on the machine asked for; a student version's is another than this one."""
+        """Start the kernel on the machine asked for; a complete notebook's is another than this one."""
         student = self.path.parent.name == "lab"
-        lot = self.config.getoption("lot") or (STUDENT_LOT if student else "own")
+        lot = self.config.getoption("lot") or ("own" if student else OTHER_LOT)
         with unittest.mock.patch.dict(os.environ, LOTS[lot]):
             super().setup()
 
@@ -170,7 +170,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--lot",
         choices=LOTS,
-        help=f"machine to play; by default own, {STUDENT_LOT} in notebooks/lab",
+        help=f"machine to play; by default {OTHER_LOT}, own in notebooks/lab",
     )
 
 

@@ -165,9 +165,9 @@ def test_nbval_compares_numbers(pytester, request, processes):
 
 @pytest.mark.parametrize(
     ("folder", "asked", "capability"),
-    [(".", [], None), ("lab", [], "default"), ("lab", ["--lot", "own"], None)],
+    [(".", [], "default"), ("lab", [], None), (".", ["--lot", "own"], None)],
 )
-def test_a_student_version_is_run_as_on_another_machine(pytester, folder, asked, capability):
+def test_a_complete_notebook_is_run_as_on_another_machine(pytester, folder, asked, capability):
     cell = nbformat.v4.new_code_cell(
         'import os; assert os.environ.get("ATEN_CPU_CAPABILITY") == ' + repr(capability)
     )
