@@ -428,7 +428,7 @@ guess.reveal("bad copy", f"{wheeled_shares['suboptimal']['sampled']:.1f} % of th
 # %% [markdown] tags=["reveal"]
 # - **Sampled**, no copy of optimal data has 85 % of its demonstrator's return. **By its mean action** the copy of TwoWheeled's optimal data gets back most of what it lacks: there the loss was the copy's own noise, not a failure of cloning.
 # - **Point2D's sub-optimal data** make a bad copy either way. It does not stop where the demonstration stopped: it runs on, through the goal and past it (notebook 01, Figure 6). Nobody showed it where to stay.
-# - **TwoWheeled's sub-optimal data**, which cannot be imitated according to the paper, make a copy with half to two thirds of the demonstrator's return. Why?
+# - **TwoWheeled's sub-optimal data**, which cannot be imitated according to the paper, make a copy with more than half of the demonstrator's return. Why?
 
 # %% [markdown]
 # ## 4 · What the copy was shown
