@@ -1212,7 +1212,7 @@ axes.set(xscale="log", xlabel="step length alpha", ylabel="return, no meta-train
 axes.legend()
 plt.show()
 
-# %% tags=["reveal", "tolerance:abs=0.02"]
+# %% tags=["reveal", "tolerance:0.15", "tolerance:abs=0.02"]
 starts = {
     a: float(problem_with("cloning only", a).meta_objective(untrained)) for a in (5.0, 20.0, 100.0)
 }
@@ -1222,7 +1222,7 @@ assert trained.objective > 0.85 * demonstrated[0] and final["cloning only"] < fi
 guess.reveal("long", f"{starts[100.0]:.2f}; {starts[5.0]:.2f} at 5 and {starts[20.0]:.2f} at 20")
 print(f"alpha = 100, 20 meta-iterations: cloning alone {trained.objective:.2f}")
 print("alpha = 5, 60 meta-iterations: ", end="")
-print(f"cloning alone {final['cloning only']:.2f}, MAML {final['MAML']:.2f}")
+print(f"cloning alone {final['cloning only']:.1f}, MAML {final['MAML']:.1f}")
 
 # %% [markdown]
 # *Figure 12. Return after one exact adaptation step from the untrained policy against the length of the step; the dotted line is the optimal demonstrator's return.*

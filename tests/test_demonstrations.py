@@ -10,7 +10,7 @@ import torch
 
 from emrld_lite import demonstrations, limits
 from emrld_lite.demonstrators import expert, recipes
-from emrld_lite.envs import GYMNASIUM_IDS, make
+from emrld_lite.envs import ENVIRONMENTS, GYMNASIUM_IDS, make
 from emrld_lite.losses import bc_loss
 from emrld_lite.policy import distribution, initialise, log_density, per_task
 from emrld_lite.validation import InputError
@@ -235,7 +235,7 @@ def test_every_shipped_optimal_demonstration_reaches_its_goal(env, least):
         assert total > least
 
 
-@pytest.mark.parametrize("env", GYMNASIUM_IDS)
+@pytest.mark.parametrize("env", ENVIRONMENTS)
 def test_no_shipped_suboptimal_demonstration_earns_a_reward(env):
     data = demonstrations.load_demonstrations("suboptimal", env)
     assert torch.equal(data.tasks, make(env).training_tasks())
@@ -283,14 +283,12 @@ def test_experts_demonstrate_unseen_tasks_on_demand(env):
     params = recipes.load_or_train_expert(env, "optimal")
     data = recipes.demonstrate(params, env, tasks, "optimal", seed=0)
     reached = sum(replayed_reward(data, task)[1] for task in range(20))
-    assert (
-        reached >= 18
-    )  # a strong drift is missed or not by the last bits of a machine's arithmetic
+    assert reached >= 18  # a strong drift is missed or not by the last bits of the arithmetic
     again = recipes.demonstrate(params, env, tasks, "optimal", seed=0)
     assert torch.equal(data.actions, again.actions)
 
 
-@pytest.mark.parametrize("env", GYMNASIUM_IDS)
+@pytest.mark.parametrize("env", ENVIRONMENTS)
 def test_distance_to_reward_is_where_the_reward_begins(env):
     environment = make(env)
     if env == "half_cheetah":
