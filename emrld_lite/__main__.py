@@ -18,8 +18,8 @@ DESCRIPTION = """EMRLD: meta reinforcement learning with demonstrations.
 demos makes demonstrations, train meta-trains on them and stores the run, evaluate adapts a stored
 run to unseen tasks, sweep makes the runs of a grid, figures draws the stored runs, bench measures
 the cost, lottery trains under other seeds and as on other processors; robot-node simulates a
-TurtleBot on ROS, robot-drive drives it, or a real one. Every command explains its options with
---help."""
+TurtleBot on ROS, robot-drive drives it, or a real one, and robot-study drives it with every stored
+run. Every command explains its options with --help."""
 REFUSED = 2
 INTERRUPTED, TERMINATED = 130, 143  # a shell's exit codes for Ctrl-C and for kill
 NO_MEMORY = "allocate memory"  # in what torch says where there is none left

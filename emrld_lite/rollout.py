@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
 
-from .envs.base import Dynamics
+from .envs.base import Actions, Dynamics, States
 from .policy import Params, distribution, mean
 
 PerTask = Float[Tensor, " task"]
@@ -51,15 +52,34 @@ def collect(
     """
     shape = (len(tasks), episodes, environment.horizon, environment.action_dim)
     noise = torch.randn(shape, generator=random).to(tasks.device)
+    anywhere = tasks.new_zeros(
+        len(tasks), 1, environment.state_dim
+    )  # sigma is the same in all states
+    sigma = distribution(params, anywhere).log_sigma.exp()  # (task, 1, action)
+    noise = noise * sigma[:, :, None]  # (task, episode, time, action)
+
+    def act(seen: States, time: int) -> Actions:
+        return mean(params, seen) + noise[:, :, time]
+
+    return follow(environment, tasks, act, episodes, random)
+
+
+@torch.no_grad()
+def follow(
+    environment: Dynamics,
+    tasks: Float[Tensor, "task task_dim"],
+    act: Callable[[States, int], Actions],
+    episodes: int,
+    random: torch.Generator,
+) -> Rollout:
+    """Return the episodes of whatever ``act`` does: it takes what is seen and the time index."""
     steps: list[tuple[Tensor, ...]] = []
     with torch.inference_mode():  # the cheapest way through a hundred small steps
         states = environment.reset(tasks, episodes, random)
         seen = environment.observe(states)
-        sigma = distribution(params, seen).log_sigma.exp()  # (task, episode, action)
-        noise = noise * sigma[:, :, None]  # (task, episode, time, action)
-        alive = torch.ones(shape[:2], device=tasks.device)
+        alive = torch.ones(len(tasks), episodes, device=tasks.device)
         for time in range(environment.horizon):
-            actions = mean(params, seen) + noise[:, :, time]
+            actions = act(seen, time)
             moved = environment.step(tasks, states, actions, time)
             steps.append((seen, actions, moved.rewards, alive, moved.success * alive))
             alive = alive * ~moved.terminated

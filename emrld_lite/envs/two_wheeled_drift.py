@@ -15,7 +15,8 @@ from .goals import Goals
 from .two_wheeled import TIME_STEP, Wheeled
 
 DRIFT_GOAL = (2.0, 1.0)
-DRIFT_LIMIT = 0.8  # rad/s; the paper names one value, -0.65
+DRIFT_LIMIT = 0.8  # rad/s; the paper names one value, its robot's
+ROBOT_DRIFT, ROBOT_TRIALS = -0.65, 5  # Section 4.2's robot: its drift, its trajectories to adapt on
 LITERAL_LIMIT = 0.7  # rad per step; at 0.75 the drift turns the robot as fast as it can steer
 
 Drift = TypeVar("Drift", float, Tensor)
@@ -96,12 +97,12 @@ class TwoWheeledDrift(Wheeled):
         return refuse_wrong(name, tasks, wrong, expected)
 
     def _largest_turn(self) -> float:
-        return self.omega_limit * TIME_STEP + self._drift(self.drift_limit)
+        return self.omega_limit * TIME_STEP + self.drift_per_step(self.drift_limit)
 
     def _turn(self, tasks: Tasks, omega: PerEpisode) -> PerEpisode:
-        return omega * TIME_STEP + self._drift(tasks[:, :1])  # the same for all episodes
+        return omega * TIME_STEP + self.drift_per_step(tasks[:, :1])  # the same for all episodes
 
-    def _drift(self, drift: Drift) -> Drift:
+    def drift_per_step(self, drift: Drift) -> Drift:
         """Return by how much a drift turns the robot in one step, radians."""
         return drift * TIME_STEP
 
@@ -146,5 +147,5 @@ class TwoWheeledLiteralDrift(TwoWheeledDrift):
     drift_limit = LITERAL_LIMIT
     drift_unit = "rad per step"
 
-    def _drift(self, drift: Drift) -> Drift:
+    def drift_per_step(self, drift: Drift) -> Drift:
         return drift

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from ..demonstrations import load_demonstrations
 from ..demonstrators.recipes import unseen_demonstrations
 from ..envs import make
+from ..envs.two_wheeled_drift import ROBOT_DRIFT
 from ..storage import write_atomically
 from . import plotting
 from .evaluation import evaluate_run
@@ -38,7 +39,6 @@ from .studies import (
 
 GOALS_SHOWN = 20
 DRIFT = "two_wheeled_drift"
-ROBOT_DRIFT = -0.65  # rad/s, which the paper sets on its robot (appendix B)
 
 
 def draw(folder: Path, out: Path) -> list[Path]:

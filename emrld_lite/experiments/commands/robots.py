@@ -11,19 +11,16 @@ from ... import demonstrations as demonstration_files
 from ...adapt import adapt, warm_start
 from ...demonstrations import Demonstrations
 from ...demonstrators import recipes
-from ...envs.two_wheeled_drift import TwoWheeledDrift
+from ...envs.two_wheeled_drift import ROBOT_DRIFT, ROBOT_TRIALS, TwoWheeledDrift
 from ...policy import take_params
 from ...rollout import Rollout, episode_returns
 from ...storage import check_target
-from ...validation import InputError, positive_count, seed_number
+from ...validation import InputError, ends_in, positive_count, seed_number
 from .. import machine, runs
-
-PAPER_DRIFT = -0.65  # rad/s, Section 4.2's robot
-PAPER_EPISODES = 5
 
 
 def robot_node(
-    bias: float = PAPER_DRIFT,
+    bias: float = ROBOT_DRIFT,
     pace: float = 1.0,
     seconds: float | None = None,
     seed: int = 0,
@@ -56,7 +53,7 @@ def robot_drive(
     run: Path,
     out: Path,
     demos: Path | None = None,
-    episodes: int = PAPER_EPISODES,
+    episodes: int = ROBOT_TRIALS,
     seed: int = 0,
     bias: float = 0.0,
     carry: bool = False,
@@ -104,13 +101,32 @@ def robot_drive(
     print(f"{out}: both sets of episodes")
 
 
+def robot_study(out: Path, runs_folder: Path = runs.SHIPPED, threads: int = 1) -> None:
+    """Drive a simulated TurtleBot with every stored run of changing dynamics, in all cases of the study.
+
+    Without ROS. The table grows run by run: the same command goes on where it was stopped.
+
+    Args:
+        out: table to write, .csv
+        runs_folder: folder of the stored runs
+        threads: native threads that step the robots
+    """
+    from .. import robot_study as study  # MuJoCo is only needed here  # noqa: PLC0415
+
+    machine.use_threads(threads)
+    ends_in("out", check_target("out", out), ".csv")
+    for name in study.study(runs_folder, out):
+        print(name, flush=True)
+    print(f"{out}: every case of every run")
+
+
 def _demonstration(stored: runs.Run, demos: Path | None, seed: int) -> Demonstrations:
     """Return the demonstration of one task, from a file or the workbook's expert in simulation."""
     env = stored.config.env
     if demos is None:
         quality = stored.load_demonstrations().quality
         expert = recipes.load_or_train_expert(env, quality)
-        wanted = torch.tensor([[PAPER_DRIFT]])
+        wanted = torch.tensor([[ROBOT_DRIFT]])
         recipe = recipes.recipe_for(env, quality)
         return recipes.demonstrate(expert, env, wanted, quality, seed, recipe)
     loaded = demonstration_files.load(demos, env)
