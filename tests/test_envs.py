@@ -20,6 +20,7 @@ from emrld_lite.envs import (
     half_cheetah,
     make,
     point2d,
+    rendering,
     two_wheeled,
 )
 from emrld_lite.envs.goals import goals_at
@@ -403,15 +404,15 @@ def test_without_a_gl_library_the_cheetah_is_drawn(monkeypatch):
     def none(*_):
         raise RuntimeError("no GL here")
 
-    monkeypatch.setattr(cheetah_body.mujoco, "Renderer", none)
-    cheetah_body.renderer.cache_clear()
+    monkeypatch.setattr(rendering.mujoco, "Renderer", none)
+    rendering.renderer.cache_clear()
     try:
         assert cheetah_body.rendered(torch.zeros(20)) is None
         single = gymnasium.make(GYMNASIUM_IDS["half_cheetah"], render_mode="rgb_array").unwrapped
         single.reset(seed=0)
         assert single.render().std() > 0
     finally:
-        cheetah_body.renderer.cache_clear()
+        rendering.renderer.cache_clear()
 
 
 @pytest.mark.parametrize("name", GYMNASIUM_IDS)

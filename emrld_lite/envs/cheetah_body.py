@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import functools
 import logging
-import os
-import sys
 from pathlib import Path
 
 import gymnasium
@@ -13,6 +11,8 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 from torch import Tensor
+
+from .rendering import picture
 
 logger = logging.getLogger(__name__)
 
@@ -55,28 +55,6 @@ def capsules(state: Float[Tensor, " 20"]) -> list[tuple[Float[np.ndarray, "end x
     return drawn
 
 
-@functools.cache
-def renderer() -> mujoco.Renderer | None:
-    """Return MuJoCo's renderer, or None (and an info in the log) where there is no GL library for it.
-
-    Without a screen, OSMesa or EGL and MUJOCO_GL=osmesa or egl before Python starts make one.
-    """
-    windowed = os.environ.get("MUJOCO_GL", "glfw") == "glfw"
-    screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    if sys.platform == "linux" and windowed and not screen:
-        logger.info("no screen for MuJoCo's pictures: the cheetah is drawn with matplotlib")
-        return None
-    try:
-        return mujoco.Renderer(cheetah_model(), 480, 480)
-    except Exception as error:  # each GL library fails with errors of its own
-        logger.info("no GL library for MuJoCo (%s): the cheetah is drawn with matplotlib", error)
-        return None
-
-
 def rendered(state: Float[Tensor, " 20"]) -> np.ndarray | None:
     """Return MuJoCo's picture (480, 480, 3), uint8, of an observation, or None where it cannot draw."""
-    maker = renderer()
-    if maker is None:
-        return None
-    maker.update_scene(posed(state), camera="track")
-    return maker.render().copy()
+    return picture(cheetah_model(), posed(state), "track")

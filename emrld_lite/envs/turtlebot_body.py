@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from ..validation import real_number
+from .rendering import picture
 
 WHEEL_RADIUS = 0.033  # metres
 HALF_TRACK = 0.080  # metres from the middle to a wheel
@@ -86,6 +87,7 @@ def turtlebot_model(hardware: Hardware) -> mujoco.MjModel:
     <body name="base" pos="0 0 {WHEEL_RADIUS}">
       <freejoint name="base"/>
       <camera name="behind" pos="-0.7 0 0.5" xyaxes="0 -1 0 0.5 0 0.87"/>
+      <camera name="side" pos="0.22 -0.3 0.22" xyaxes="0.806 0.591 0 -0.3 0.41 0.86"/>
       <geom name="plates" type="cylinder" pos="-0.032 0 0.05" size="0.069 0.05" mass="0.9"
         contype="0" conaffinity="0" rgba="0.25 0.27 0.3 1"/>
       <geom name="lidar" type="cylinder" pos="-0.032 0 0.125" size="0.035 0.02" mass="0.1"
@@ -112,6 +114,22 @@ def turtlebot_model(hardware: Hardware) -> mujoco.MjModel:
   </actuator>
 </mujoco>"""
     )
+
+
+def photograph(
+    pose: Float[np.ndarray, " 3"], camera: str = "above"
+) -> UInt8[np.ndarray, "height width 3"] | None:
+    """Return MuJoCo's picture of a robot at x, y, heading, or None where it cannot draw.
+
+    ``camera`` looks from "above", from "behind" or from the "side".
+    """
+    model = turtlebot_model(Hardware())
+    data = mujoco.MjData(model)
+    x, y, heading = pose
+    data.qpos[:2] = x, y
+    data.qpos[3], data.qpos[6] = math.cos(heading / 2), math.sin(heading / 2)
+    mujoco.mj_forward(model, data)
+    return picture(model, data, camera)
 
 
 def wheel_speeds(
