@@ -15,6 +15,8 @@ from .notebook_06_experiment import what_parts_add
 from .notebook_06_iteration import meta_loss
 from .notebook_07 import false_ahead_rate, interquartile_mean, late_rise
 from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
+from .notebook_09 import largest_gain, odometry, wheel_command
+from .notebook_09_adaptation import one_adaptation
 from .values import agree
 
 __all__ = [
@@ -33,6 +35,7 @@ __all__ = [
     "false_ahead_rate",
     "full_step",
     "interquartile_mean",
+    "largest_gain",
     "late_rise",
     "log_density",
     "loitering_gain",
@@ -40,6 +43,8 @@ __all__ = [
     "meta_loss",
     "misleading",
     "nearest_distance",
+    "odometry",
+    "one_adaptation",
     "one_at_a_time",
     "performance_difference",
     "point_step",
@@ -53,5 +58,6 @@ __all__ = [
     "tight_step",
     "visitation",
     "what_parts_add",
+    "wheel_command",
     "with_task",
 ]
