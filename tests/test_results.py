@@ -180,6 +180,7 @@ def test_every_figure_is_drawn_from_the_stored_runs(tmp_path):
         "fig-4-suboptimal",
         "fig-5-trajectories",
         "fig-6-drift",
+        "fig-6-robot",
         "fig-7-sensitivity",
         "fig-8-ablation",
         "switches",

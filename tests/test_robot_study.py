@@ -173,6 +173,7 @@ def short(monkeypatch):
     """Leave a study of one drift and one delay."""
     monkeypatch.setattr(robot_study, "DRIFTS", (0.5,))
     monkeypatch.setattr(robot_study, "HARDWARE", {"delay": (0.5,)})
+    monkeypatch.setattr(robot_study, "TRIES", 2)
 
 
 @pytest.mark.usefixtures("short")
@@ -196,6 +197,23 @@ def test_a_study_that_was_stopped_goes_on(tmp_path, capsys):
     assert {row.run for row in rows[len(first) :]} == {
         robot_study.controller_name(runs.load_config(STORED).environment())
     }
+
+
+@pytest.mark.usefixtures("short")
+def test_a_row_is_the_mean_over_tries_and_episodes():
+    run, name = runs.load_run(STORED), STORED.name
+    rows = list(robot_study.study_run(run, name, seed=3))
+    world = run.config.environment()
+    drifts = torch.tensor([ROBOT_DRIFT, 0.5 * world.drift_limit]).repeat_interleave(2)[:, None]
+    made = robot_study.adapt_on_robot(run, drifts, seed=3)
+    for stage, driven in zip(("before", "trial", "after"), made, strict=True):
+        totals = episode_returns(driven.rollout)
+        for value, tries in ((ROBOT_DRIFT, totals[:2]), (0.5 * world.drift_limit, totals[2:])):
+            (row,) = [r for r in rows if (r.varied, r.value, r.stage) == ("drift", value, stage)]
+            assert row.mean_return == pytest.approx(float(tries.mean()), abs=1e-3)
+            assert row.bias == pytest.approx(
+                float(robot_study.robot_bias(world, torch.tensor([[value]]))), abs=1e-4
+            )
 
 
 def test_a_folder_without_such_runs_is_refused(tmp_path):

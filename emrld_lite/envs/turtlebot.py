@@ -132,6 +132,11 @@ class TurtleBot(TwoWheeledDrift):
         rewards = torch.where(fallen, torch.zeros_like(rewards), rewards)
         return Transition(moved, rewards, reached | outside | fallen, reached & ~fallen)
 
+    @property
+    def fallen(self) -> int:
+        """How many robots of the last rollout fell over, or broke their simulation."""
+        return int(self._running["odometry"].fallen.sum())
+
     def truly_reached(self, tasks: Tasks, states: States) -> Bool[Tensor, "task episode"]:
         """Return whether the robot itself, whatever its odometry says, stands in the goal's box."""
         off = (states[..., SEEN : SEEN + 2] - self._goals(tasks)[:, None]).abs()

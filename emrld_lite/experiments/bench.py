@@ -221,3 +221,39 @@ def report_cheetah(repeats: int = 5) -> None:
         f"a whole meta-iteration of half_cheetah, one thread: {statistics.median(ratios):.2f} times the "
         f"seconds bare mj_step needs for its steps ({min(ratios):.2f} to {max(ratios):.2f})"
     )
+
+
+class RobotRate(NamedTuple):
+    """What the simulated robot costs, and whether it stands it."""
+
+    seconds: float
+    """Of all episodes."""
+    fallen: int
+    """Robots that fell over, or whose simulation broke."""
+    farthest: float
+    """The largest distance from the start that any of them reached, metres."""
+
+
+def robot_rate(episodes: int = 1000, seed: int = 0) -> RobotRate:
+    """Drive the simulated TurtleBot with random commands for whole episodes, and look how it ends."""
+    robot = make("turtlebot")
+    random = torch.Generator().manual_seed(seed)
+    tasks = torch.linspace(-1.3, 1.3, 10)[:, None]
+    began = time.perf_counter()
+    states, farthest = robot.reset(tasks, episodes // 10, random), 0.0
+    with torch.inference_mode():
+        for step in range(robot.horizon):
+            actions = 3.0 * torch.randn(*states.shape[:2], robot.action_dim, generator=random)
+            states = robot.step(tasks, states, actions, step).states
+            farthest = max(farthest, float(states[..., 3:5].norm(dim=-1).max()))
+    return RobotRate(time.perf_counter() - began, robot.fallen, farthest)
+
+
+def report_robot() -> None:
+    """Print how long a thousand episodes of the simulated robot take, and how many of them broke."""
+    rate = robot_rate()
+    print(
+        f"turtlebot, {torch.get_num_threads()} threads: 1,000 episodes of random commands in "
+        f"{rate.seconds:.0f} s; {rate.fallen} fell over or broke; none went farther than "
+        f"{rate.farthest:.2f} m"
+    )

@@ -28,6 +28,7 @@ from .results import (
     run_scores,
     stored_seeds,
 )
+from .robot_figures import paper_robot
 from .runs import load_curve, load_run
 from .studies import (
     SENSITIVITY_END,
@@ -50,6 +51,7 @@ def draw(folder: Path, out: Path) -> list[Path]:
         "fig-4-suboptimal": results(folder, "suboptimal"),
         "fig-5-trajectories": trajectories(folder),
         "fig-6-drift": drift(folder),
+        "fig-6-robot": paper_robot(folder),
         "fig-7-sensitivity": sensitivity(folder),
         "fig-8-ablation": ablation(folder),
         "switches": switches(folder),

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
+import torch
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..envs.two_wheeled_drift import TwoWheeledDrift
+from ..envs.two_wheeled_drift import ROBOT_DRIFT, TwoWheeledDrift
 from ..validation import InputError
 from . import plotting
-from .robot_study import AFTER, BEFORE, Adapted, Driven, Row, controller_name
+from .results import stored_seeds
+from .robot_study import (
+    AFTER,
+    BEFORE,
+    Adapted,
+    Driven,
+    Row,
+    adapt_on_robot,
+    controller_name,
+    controller_on_robot,
+)
+from .runs import load_run
 
 NOBODY = {"color": "black", "linestyle": "-.", "linewidth": 1.2}  # the textbook controller's look
 UNADAPTED = {"color": "#777777", "linestyle": ":", "linewidth": 1.2}
@@ -50,6 +63,19 @@ def sweep_of(rows: Sequence[Row], names: Sequence[str], varied: str, stage: str)
     return Sweep(np.array(values), np.array(table))
 
 
+def paper_robot(folder: Path, seed: int = 0) -> Figure:
+    """Let one stored run of each algorithm adapt on the robot under the paper's drift. Fig. 6, right part."""
+    drifts = torch.tensor([[ROBOT_DRIFT]])
+    found = {
+        name: [run for run in seeds if run.name.endswith(f"-seed{seed}")]
+        for name, seeds in stored_seeds(folder, TwoWheeledDrift.name, "optimal").items()
+    }
+    driven = {
+        name: adapt_on_robot(load_run(seeds[0]), drifts) for name, seeds in found.items() if seeds
+    }
+    return robot_paths(driven, controller_on_robot(drifts))
+
+
 def robot_paths(
     driven: Mapping[str, Adapted], controller: Driven | None = None, shown: int = SHOWN
 ) -> Figure:
@@ -68,7 +94,7 @@ def robot_paths(
         _paths(controller, panels[0, -1], shown, **NOBODY)
         panels[0, -1].set_title(f"aim at the goal\n{_reached(controller)}")
     for axes in panels[0]:
-        TwoWheeledDrift().draw_tasks(axes, next(iter(driven.values())).before.truth.new_zeros(1, 1))
+        TwoWheeledDrift().draw_tasks(axes, torch.zeros(1, 1))
         axes.set(xlim=(-0.8, 2.7), ylim=(-1.6, 1.9), xlabel="x (m)", ylabel="y (m)")
         axes.title.set_fontsize(10)
         axes.label_outer()
@@ -104,7 +130,7 @@ def robot_sweeps(
         _line(axes, sweep_of(rows, seeds, "drift", AFTER), **look)
         _line(axes, sweep_of(rows, control, "drift", BEFORE), label="aim at the goal", **NOBODY)
         axes.set(title=plotting.label(name), xlabel=LABELS["drift"])
-        axes.legend(loc="lower center", fontsize=8)
+    panels[0, -1].legend(loc="lower left", fontsize=8)
     for axes, varied in zip(panels[1], ("delay", "odometry_turn", "friction"), strict=True):
         for name, seeds in runs.items():
             look = {**plotting.LOOKS[name], "label": plotting.label(name)}

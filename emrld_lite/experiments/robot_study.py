@@ -30,10 +30,11 @@ from ..policy import per_task
 from ..rollout import Rollout, collect, episode_returns, follow
 from ..validation import InputError
 from .runs import Run, load_config, load_run
-from .textbook import aim
+from .textbook import GAIN, aim
 
 STORED = storage.DATA / "robot" / "study.csv"
-EPISODES = 10  # that measure
+TRIES = 4  # adaptations per case, each with trajectories of its own: five are few, and luck tells
+EPISODES = 4  # that measure each of them
 CONTROLLER = "aim-at-goal"  # the textbook controller's rows
 BEFORE, TRIAL, AFTER = "before", "trial", "after"  # the meta-policy, what collects, one step later
 HARDWARE = {  # varied, one at a time, at the paper's drift
@@ -60,7 +61,7 @@ class Row(NamedTuple):
     """The meta-policy before adaptation; what collects the five trajectories (EMRLD-WS: after its warm
     start); or after the adaptation step."""
     mean_return: float
-    """Mean over the episodes."""
+    """Mean over the tries and their episodes."""
     reached: float
     """Share of the episodes that ended at the goal, by the odometry."""
     truly: float
@@ -177,10 +178,11 @@ def controller_on_robot(
     hardware: Hardware | None = None,
     episodes: int = EPISODES,
     seed: int = 0,
+    gain: float = GAIN,
 ) -> Driven:
     """Drive with the textbook controller, which is told the goal and not the bias."""
     bot = TurtleBot(hardware=hardware or Hardware())
-    robot, act = Witness(bot), aim(torch.tensor([DRIFT_GOAL]), bot.omega_limit)
+    robot, act = Witness(bot), aim(torch.tensor([DRIFT_GOAL]), bot.omega_limit, gain)
     random = torch.Generator().manual_seed(seed)
     return robot.driven(biases, follow(robot, biases, act, episodes, random))
 
@@ -213,7 +215,8 @@ def study_run(run: Run, name: str, seed: int = 0) -> Iterator[Row]:
     world = run.config.environment()
     assert isinstance(world, TwoWheeledDrift)
     for case in cases(world):
-        adapted = adapt_on_robot(run, case.drifts, case.hardware, seed=seed)
+        drifts = case.drifts.repeat_interleave(TRIES, dim=0)
+        adapted = adapt_on_robot(run, drifts, case.hardware, seed=seed)
         bias = robot_bias(world, case.drifts)
         for stage, driven in zip((BEFORE, TRIAL, AFTER), adapted, strict=True):
             yield from _rows(name, case, bias, stage, driven)
@@ -223,7 +226,8 @@ def study_controller(world: TwoWheeledDrift, seed: int = 0) -> Iterator[Row]:
     """Yield the rows of the textbook controller in the cases of ``world``."""
     for case in cases(world):
         bias = robot_bias(world, case.drifts)
-        driven = controller_on_robot(bias, case.hardware, seed=seed)
+        tried = bias.repeat_interleave(TRIES, dim=0)
+        driven = controller_on_robot(tried, case.hardware, seed=seed)
         yield from _rows(controller_name(world), case, bias, BEFORE, driven)
 
 
@@ -272,15 +276,15 @@ def drift_runs(folder: Path) -> list[Path]:
 def _rows(
     name: str, case: Case, bias: Float[Tensor, "task 1"], stage: str, driven: Driven
 ) -> Iterator[Row]:
-    returns = episode_returns(driven.rollout).mean(-1).tolist()
-    reached, truly = (
-        each.float().mean(-1).tolist() for each in (driven.rollout.success, driven.truly)
+    count = len(case.values)
+    scores = (episode_returns(driven.rollout), driven.rollout.success, driven.truly)
+    means = zip(
+        *(score.float().reshape(count, -1).mean(-1).tolist() for score in scores), strict=True
     )
-    for task, value in enumerate(case.values):
-        turning = round(float(bias[task]), 4)
-        yield Row(
-            name, case.varied, value, turning, stage, returns[task], reached[task], truly[task]
-        )
+    for value, turning, (total, reached, truly) in zip(
+        case.values, bias[:, 0].tolist(), means, strict=True
+    ):
+        yield Row(name, case.varied, value, round(turning, 4), stage, total, reached, truly)
 
 
 def write_study(path: Path, rows: Sequence[Row]) -> None:

@@ -140,10 +140,10 @@ def _judge_wheels(got: torch.Tensor, action: torch.Tensor, bias: float) -> None:
     early = torch.stack([inside[0], inside[1] + bias / OMEGA_LIMIT]).clamp(-1.0, 1.0)
     mistakes = {
         "clip the action to -1 to 1 first.": wheels(act=action),
-        "the bias is missing: it is added to the angular velocity.": wheels(turn=0.0),
-        "the bias must be added, not subtracted.": wheels(turn=-bias),
         "the bias is not part of the action: it comes on top of it, and only the firmware's limits "
         "hold for the sum.": wheels(act=early, turn=0.0),
+        "the bias is missing: it is added to the angular velocity.": wheels(turn=0.0),
+        "the bias must be added, not subtracted.": wheels(turn=-bias),
         "clamp what is sent, bias included, to the firmware's 0.22 m/s and 2.84 rad/s.": wheels(
             firmware=False
         ),
@@ -175,15 +175,7 @@ def exact_largest_gain(delay_steps: int, time_step: float) -> float:
 @answered
 def largest_gain(student: Student) -> None:
     """Check the largest gain: f(delay_steps, time_step) -> rad/s per rad at which errors cease to die out."""
-    for delay_steps, time_step in (
-        (0, 0.5),
-        (1, 0.5),
-        (2, 0.5),
-        (4, 0.5),
-        (3, 0.2),
-        (1, 0.1),
-        (6, 1.0),
-    ):
+    for delay_steps, time_step in ((3, 0.3), (1, 0.2), (0, 0.7), (6, 0.1), (2, 0.5)):
         got = as_number(ask(student, delay_steps, time_step).answer, "a gain")
         expected = exact_largest_gain(delay_steps, time_step)
         if abs(got - expected) <= SHARE * expected:

@@ -79,13 +79,26 @@ def one_adaptation(student: Student) -> None:
         start = warm_start(meta_params, shown, rule)
         trial = NotedRobot(seed)(start, TRIALS)
         expected = adapt(meta_params, score(trial), shown, rule)
-        answer = student(meta_params, robot, shown, rule, score)
+        answer = _answer(student, meta_params, robot, shown, rule, score)
         if not same_policy(meta_params, before):
             raise Wrong("you changed the meta-policy in place: the next drift begins from it, too.")
         _judge_drives(robot, before, start, rule)
         if same_policy(answer, expected):
             continue
         _judge_answer(answer, before, start, trial, shown, rule, score)
+
+
+def _answer(student: Student, *arguments: Any) -> Any:
+    """Return what the function returns; raise Wrong where its trajectories lack their advantages."""
+    try:
+        return student(*arguments)
+    except TypeError as error:
+        if "NoneType" in str(error):
+            raise Wrong(
+                "the trajectories have no advantages yet: score(trajectories) estimates them, and "
+                "adapt needs them."
+            ) from error
+        raise
 
 
 def _judge_drives(robot: NotedRobot, meta_params: Params, start: Params, rule: Adaptation) -> None:

@@ -61,7 +61,7 @@ def drift_picture(drives: Drives, drift: float) -> Figure:
         raise InputError(f"drift: expected one of {DRIFTS}, got {drift}")
     task, count = DRIFTS.index(drift), len(drives.adapted)
     placed = PlaceHolderLayoutEngine(adjust_compatible=True, colorbar_gridspec=False)
-    figure = plt.figure(figsize=(3.2 * count, 3.3), layout=placed)
+    figure = plt.figure(figsize=(3.2 * count, 2.9), layout=placed)
     for place, (name, adapted) in enumerate(drives.adapted.items()):
         axes = figure.add_axes(((place + 0.16) / count, 0.15, 0.8 / count, 0.73))
         _draw(axes, drives.controller, task, **NOBODY)
@@ -73,7 +73,7 @@ def drift_picture(drives: Drives, drift: float) -> Figure:
         ]
         axes.set_title(f"{plotting.label(name)}: {returns[0]:.0f}, then {returns[1]:.0f}")
         TwoWheeledDrift().draw_tasks(axes, torch.zeros(1, 1))
-        axes.set(xlim=(-1.0, 2.7), ylim=(-1.8, 1.9), xticks=(0, 2), yticks=(0, 1))
+        axes.set(xlim=(-1.0, 2.7), ylim=(-1.0, 1.9), xticks=(0, 2), yticks=(0, 1))
         axes.set(xlabel="x (m)", ylabel="y (m)" if place == 0 else "")
     plt.close(figure)
     return figure

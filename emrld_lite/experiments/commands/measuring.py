@@ -83,7 +83,7 @@ def bench(
     tasks: tuple[int, ...] = (12, 24, 48, 96),
     walk: bool = False,
 ) -> None:
-    """Measure seconds per meta-iteration by part, steps per second, memory, growth, MuJoCo's overhead.
+    """Measure seconds per meta-iteration by part, steps per second, memory, growth, MuJoCo, the robot.
 
     Args:
         iterations: meta-iterations to time, at full-length episodes
@@ -104,3 +104,4 @@ def bench(
     machine.use_threads(threads)
     benchmark.report(iterations, tasks)
     benchmark.report_cheetah()
+    benchmark.report_robot()
