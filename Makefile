@@ -31,8 +31,7 @@ run: setup
 	@echo "2 of 3: adapting to twenty unseen goals, one demonstration each (seconds; then: the notebook as a page)"
 	$(BIN)/python -m emrld_lite evaluate --run build/run --tasks 20 --steps 3 --seed 0 --out build/unseen-goals.csv
 	@echo "3 of 3: running notebook 06, which trains once more by itself (about a minute and a half; then: its page)"
-	$(BIN)/python notebooks/build.py --page 06 --out build
-	@echo "open build/06_emrld.html"
+	$(BIN)/python notebooks/book.py --run 06 --out build/book
 
 # Lint, drift check, every notebook run again and compared (the student versions run too, blanks and
 # all), unit and property tests. The notebooks, whose few cells take longest, come first, not sorted last

@@ -364,7 +364,7 @@ assert arrived["maml"][0] >= 7
 # whatever drift it meets, since it sees its heading (notebook 07). For it the adaptation has nothing left to gain, and something to lose: five trajectories say little of which way is better, so from try to try its
 # step leads elsewhere.
 
-# %%
+# %% tags=["reveal"]
 guess.reveal("unadapted", "MAML: EMRLD's needs the adaptation step")
 
 # %% [markdown]
@@ -426,7 +426,7 @@ plt.show()
 # %% [markdown]
 # *Figure 7. Return on the robot. Top: over the drift, before (dotted grey) and after one adaptation step, and the controller that aims at the goal (dash-dotted). Bottom: at the paper's drift, over the delay of a command, the gyroscope's wandering, and friction, after the step. Lines are means over seeds, bands reach from the worst seed to the best.*
 
-# %% tags=["robot-sweep-verdicts"]
+# %% tags=["robot-sweep-verdicts", "reveal"]
 for varied in ("delay", "odometry_turn", "friction"):
     print(f"{robot_figures.LABELS[varied]}")
     for name, folders in compared.items():

@@ -2,8 +2,9 @@
 
     python notebooks/book.py                    write build/book; open build/book/index.html
     python notebooks/book.py --out elsewhere    write it there
+    python notebooks/book.py --run 06           run one notebook now, and show it as it came out
 
-Nothing is run: the pages show the outputs that the committed notebooks hold. Where a notebook has an
+Nothing else is run: the pages show the outputs that the committed notebooks hold. Where a notebook has an
 exercise, the page shows it as the student gets it, with the solution folded behind it.
 """
 
@@ -28,7 +29,7 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import PythonLexer
 
-from build import FOLDED, HERE, NO_ALT, SOLUTION, blank, sources, write
+from build import FOLDED, HERE, NO_ALT, SOLUTION, blank, execute, read, sources, write
 
 THEME = HERE / "book_theme"
 ASSETS = ("book.css", "page.js", "search.js")  # KaTeX's folder comes along whole
@@ -53,6 +54,7 @@ class Chapter(NamedTuple):
     name: str
     title: str
     opening: str  # the first paragraph
+    origin: str  # where its outputs come from
     body: str
     sections: list[Section]
     figures: dict[str, bytes]
@@ -164,14 +166,32 @@ def text_below(heading: Tag, following: Tag | None) -> str:
     return " ".join(FORMULA.sub("…", " ".join(words)).split())
 
 
-def chapter(path: Path) -> Chapter:
+def chapter(name: str, notebook: nbformat.NotebookNode, origin: str) -> Chapter:
     """Return the page of one executed notebook."""
-    html, figures = exported(path.stem, prepared(nbformat.read(path, as_version=4)))
+    html, figures = exported(name, prepared(notebook))
     soup = BeautifulSoup(html, "html.parser")
     improve(soup)
     fold_answers(soup)
     title, opening = heading_text(soup.h1), soup.p.get_text()
-    return Chapter(path.stem, title, opening, str(soup), sections_of(path.stem, soup), figures)
+    return Chapter(name, title, opening, origin, str(soup), sections_of(name, soup), figures)
+
+
+def stored(source: Path) -> Chapter:
+    """Return the page of a notebook with the outputs that it was committed with."""
+    notebook = nbformat.read(source.with_suffix(".ipynb"), as_version=4)
+    return chapter(source.stem, notebook, "the outputs stored in it")
+
+
+def live(source: Path) -> Chapter:
+    """Run a notebook and return its page; a cell that fails costs its own output, not the page."""
+    notebook = execute(read(source), past_errors=True)
+    for cell in notebook.cells:
+        for output in cell.get("outputs", []):
+            if output.output_type == "error":
+                print(
+                    f"{cell['id']} failed here, the page shows how: {output.ename} {output.evalue}"
+                )
+    return chapter(source.stem, notebook, "what came out when it was run for this page")
 
 
 def search_index(chapters: list[Chapter]) -> str:
@@ -207,9 +227,9 @@ def write_pages(chapters: list[Chapter], out: Path) -> None:
         write(out / this.address, html)
 
 
-def write_book(out: Path) -> list[Chapter]:
-    """Write the whole book into a folder and return its chapters."""
-    chapters = [chapter(source.with_suffix(".ipynb")) for source in sources([])]
+def write_book(out: Path, run: Path | None = None) -> list[Chapter]:
+    """Write the whole book into a folder and return its chapters; the notebook ``run`` is run for it."""
+    chapters = [live(source) if source == run else stored(source) for source in sources([])]
     out.mkdir(parents=True, exist_ok=True)
     shutil.rmtree(out / "figures", ignore_errors=True)
     (out / "figures").mkdir()
@@ -228,9 +248,14 @@ def main() -> None:
     """Read the command line and write the book."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("build/book"), help="folder of the book")
-    out = parser.parse_args().out
-    chapters = write_book(out)
-    print(f"{len(chapters)} chapters; open {out / 'index.html'}")
+    parser.add_argument(
+        "--run", metavar="NAME", help="a notebook to run now, in place of its outputs"
+    )
+    options = parser.parse_args()
+    run = sources([options.run])[0] if options.run else None
+    chapters = write_book(options.out, run)
+    first = "index" if run is None else run.stem
+    print(f"{len(chapters)} chapters; open {options.out / first}.html")
 
 
 if __name__ == "__main__":

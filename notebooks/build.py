@@ -3,7 +3,6 @@
     python notebooks/build.py              build every notebook
     python notebooks/build.py 01 06        build these
     python notebooks/build.py --check      change nothing; fail where a notebook has drifted
-    python notebooks/build.py --page 06 --out build    run one and leave it as a page with figures
 
 The percent-format .py is the only source anyone edits. The same source makes the same bytes twice.
 """
@@ -12,26 +11,21 @@ from __future__ import annotations
 
 import argparse
 import ast
-import base64
 import contextlib
 import math
 import os
 import queue
 import re
-import shutil
 import sys
 import tempfile
 import time
 from collections.abc import Awaitable, Callable
-from html import escape
 from pathlib import Path
 
-import jupyter_server_mathjax
 import jupytext
 import nbformat
 from jupyter_client import KernelClient
 from nbclient import NotebookClient
-from nbconvert import HTMLExporter
 from outputs import unwanted, without_widgets
 
 HERE = Path(__file__).resolve().parent
@@ -239,59 +233,13 @@ def check(chosen: list[Path]) -> None:
     print(f"{len(chosen)} notebooks agree with their sources")
 
 
-def figure_texts(notebook: nbformat.NotebookNode) -> list[str]:
-    """Return the alternative texts of all figures, in order."""
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    pictures = [output for output in outputs if "image/png" in output.get("data", {})]
-    return [output.metadata.get("image/png", {}).get("alt", NO_ALT) for output in pictures]
-
-
-def page(source: Path, out: Path) -> None:
-    """Run one notebook and write it as a page that needs no network, with its figures as PNG.
-
-    A cell that fails costs its own output, not the page.
-    """
-    notebook = execute(read(source), past_errors=True)
-    figures = out / f"{source.stem}_figures"
-    if figures.exists():
-        shutil.rmtree(figures)
-    figures.mkdir(parents=True)
-    for cell in notebook.cells:
-        for number, output in enumerate(cell.get("outputs", [])):
-            picture = output.get("data", {}).get("image/png")
-            if picture:
-                (figures / f"{cell['id']}-{number}.png").write_bytes(base64.b64decode(picture))
-    static = Path(jupyter_server_mathjax.__file__).parent / "static"
-    shutil.copytree(static, out / "mathjax", dirs_exist_ok=True)
-    exporter = HTMLExporter(
-        mathjax_url="mathjax/MathJax.js?config=TeX-AMS-MML_HTMLorMML-full,Safe",
-        require_js_url="",
-        embed_images=True,
-    )
-    html, _ = exporter.from_notebook_node(notebook)
-    for text_of_figure in figure_texts(notebook):  # nbconvert's template leaves them out
-        html = html.replace(f'alt="{NO_ALT}"', f'alt="{escape(text_of_figure)}"', 1)
-    write(out / f"{source.stem}.html", html)
-    print(f"{out / source.stem}.html and {len(list(figures.iterdir()))} figures in {figures}")
-    for cell in notebook.cells:
-        for output in cell.get("outputs", []):
-            if output.output_type == "error":
-                print(
-                    f"{cell['id']} failed here, the page shows how: {output.ename} {output.evalue}"
-                )
-
-
 def main() -> None:
-    """Read the command line and build, check or show."""
+    """Read the command line and build or check."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="numbers or names of notebooks; default: all")
     parser.add_argument("--check", action="store_true", help="only look for drift")
-    parser.add_argument("--page", metavar="NAME", help="run one notebook and write it as HTML")
-    parser.add_argument("--out", type=Path, default=Path("build"), help="folder of the page")
     options = parser.parse_args()
-    if options.page:
-        page(sources([options.page])[0], options.out)
-    elif options.check:
+    if options.check:
         check(sources(options.names))
     else:
         for source in sources(options.names):

@@ -230,11 +230,11 @@ def test_every_colour_of_text_has_contrast_in_light_and_dark(book):
 
 
 def test_the_same_notebook_makes_the_same_bytes(module, book, tmp_path, monkeypatch):
-    path = NOTEBOOKS / "06_emrld.ipynb"
-    again = module.chapter(path)
+    source = NOTEBOOKS / "06_emrld.py"
+    again = module.stored(source)
     assert again.body in (book / "06_emrld.html").read_text(encoding="utf-8")
-    monkeypatch.setattr(module, "chapter", lambda _: again)
-    monkeypatch.setattr(module, "sources", lambda _: [path])
+    monkeypatch.setattr(module, "stored", lambda _: again)
+    monkeypatch.setattr(module, "sources", lambda _: [source])
     folders = [tmp_path / "one", tmp_path / "two"]
     files = []
     for folder in folders:
@@ -257,3 +257,15 @@ def test_the_answers_to_a_guess_stay_folded_together(module):
         f"{module.FOLDED}|4|four",
         f"{module.FOLDED}|5",
     ]
+
+
+def test_a_notebook_that_is_run_for_the_book_shows_what_came_out(module, tmp_path, capsys):
+    source = tmp_path / "00_fails.py"
+    title = "# %% [markdown]\n# # A title\n#\n# Words.\n"
+    cells = ("print(6 * 7)", "assert 70 < 69.9, 'not reached'", "print('the cell after')")
+    source.write_text(title + "".join(f"\n# %%\n{cell}\n" for cell in cells))
+    page = module.live(source)
+    assert (page.title, page.address) == ("A title", "00_fails.html")
+    assert all(words in page.body for words in ("42", "not reached", "the cell after"))
+    assert "cell-002 failed here" in capsys.readouterr().out
+    assert "run for this page" in page.origin

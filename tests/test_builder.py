@@ -136,15 +136,6 @@ def test_drift_tells_of_unwanted_outputs(build, source):
     assert "cell 1 shows a boolean in place of a number: went up: True" in told
 
 
-def test_a_cell_that_fails_does_not_cost_the_page(build, tmp_path, capsys):
-    source = tmp_path / "00_fails.py"
-    source.write_text('# %%\nassert 70 < 69.9, "not reached"\n\n# %%\nprint("the cell after")\n')
-    build.page(source, tmp_path / "out")
-    html = (tmp_path / "out/00_fails.html").read_text()
-    assert "not reached" in html and "the cell after" in html
-    assert "cell-000 failed here" in capsys.readouterr().out
-
-
 GUESS = """# %%
 guess.ask("sum", "two and two")
 
