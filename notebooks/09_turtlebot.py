@@ -185,7 +185,8 @@ guess.reveal("departs", "in the place the random ride and the arc, in the headin
 # %% [markdown] tags=["reveal"]
 # Four centimetres at most, and a few per cent of a turn, since tyres scrub when they turn on the spot. At 0.15 m/s a robot of a kilogram is no challenge for its motors, so the kinematic world is a good picture of *this* robot. What a robot adds besides is delay, and
 # that it does not know exactly where it is. (Physics stays stable, too: in a thousand episodes of random commands no robot fell over or broke its simulation; `python -m emrld_lite bench` repeats it.)
-#
+
+# %% [markdown]
 # **Where is it?** A robot sees no coordinates. It counts how far its wheels have turned, and a gyroscope says where it looks. Adding that up is *odometry*. Between two readings the left and the right wheel turn by some angles,
 # the middle of the robot rolls by the mean of both rims' ways, and the heading changes on the way.
 #
@@ -255,7 +256,8 @@ guess.reveal("ice", "farther: a wheel that spins measures a way that nobody drov
 # %% [markdown] tags=["reveal"]
 # The wheels turn, and the robot stays behind. No later reading can tell: odometry never forgets an error. The simulated robot has two more of them: each robot measures distances wrongly by a fixed factor (2 % of deviation), and its gyroscope wanders (0.01 rad in the first second, growing with the
 # root of the time). So there are two ways to have reached the goal, by the odometry and in truth. A policy sees the first, and so does its reward: a real robot has nothing else.
-#
+
+# %% [markdown]
 # ## 2 · Over ROS
 #
 # The paper reached its robot through ROS, the Robot Operating System: programs that publish *messages* on named *topics* and listen to others, with a *master* that introduces them to each other.
@@ -441,7 +443,8 @@ guess.reveal("breaks", "delay: by a second and a half all have lost most of thei
 # %% [markdown] tags=["reveal"]
 # **Measured.** Within the drifts of the training, up to 0.4 in size and down to $-0.8$, the adapted EMRLD keeps 74.0 or more; at 0.8 it has 53.9, EMRLD-WS 42.5 and MAML 30.9. There the step does MAML harm: unadapted it has 62.7. A delay of half a second costs EMRLD 2.0; one of a second leaves 53.6, 50.2 and 33.2 of EMRLD, EMRLD-WS and MAML, one of a second and a half 45.2, 35.8 and 0.0.
 # A gyroscope that wanders by 0.4 rad in a second, forty times as much as ours, leaves 60.8, 54.4 and 70.6. Ice costs nothing that could be seen: at a friction of 0.02 EMRLD has 74.1.
-#
+
+# %% [markdown]
 # Move the drift yourself. Each panel has its own policy; the returns before and after stand above it.
 
 # %% tags=["drift-widget", "nbval-ignore-output"]
@@ -544,7 +547,8 @@ guess.reveal("late", f"{means[-1]:.0f}")
 # *Figure 9. The textbook controller on the robot, mean over drifts of −0.3, 0 and 0.3 rad/s: with the gain 2, and with half of the largest gain that the delay allows.*
 #
 # A late robot must be steered gently, and then it arrives. The learned policies were trained where nothing is late, so they steer as if nothing were: they have the controller's trouble, and one adaptation step does not cure it. What would? To train with delays among the tasks.
-#
+
+# %% [markdown]
 # ## 5 · Is learning needed here at all?
 #
 # The controller of Figures 6 to 9 has two lines. With $\beta$ the *bearing*, how far the goal lies to the left of the robot's nose, it drives at $v = 0.15 \max(0, \cos \beta)$ and turns at $\omega = g \beta$.
