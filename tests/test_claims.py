@@ -1,6 +1,6 @@
 """Every number that the prose says of the stored runs is computed from them again.
 
-Covered are the README's findings, the ledger's rows named in CLAIMS, and in notebooks 07 and 08 each
+Covered are the README's findings, the ledger's rows named in CLAIMS, and in notebooks 07 to 09 each
 paragraph that begins with "**Measured.**" and the table of the paper's claims. A number that is added,
 taken away or changed fails here until its computation says the same.
 """
@@ -13,7 +13,10 @@ import jupytext
 import numpy as np
 import pytest
 
+from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.demonstrations import load, load_demonstrations
+from emrld_lite.envs import make
+from emrld_lite.envs.two_wheeled_drift import ROBOT_DRIFT, ROBOT_TRIALS
 from emrld_lite.experiments.evaluation import UNSEEN_TASKS, read_evaluation
 from emrld_lite.experiments.intervals import interquartile_mean, shift_interval
 from emrld_lite.experiments.lottery import TARGET, load_draws, median_and_latest
@@ -33,6 +36,8 @@ from emrld_lite.experiments.results import (
     stored_seeds,
     training_scores,
 )
+from emrld_lite.experiments.robot_figures import sweep_of
+from emrld_lite.experiments.robot_study import AFTER, BEFORE, TRIAL, controller_name, load_study
 from emrld_lite.experiments.runs import SHIPPED, load_config, load_curve
 from emrld_lite.experiments.studies import (
     AS_STORED,
@@ -371,6 +376,58 @@ def searched(what, *settings, at_best=False):
     return found
 
 
+def robot(name, stage, varied="drift", value=ROBOT_DRIFT):
+    """Return the score of each seed on the simulated robot in one case of its study."""
+    names = [run.name for run in stored_seeds(SHIPPED, "two_wheeled_drift", "optimal")[name]]
+    sweep = sweep_of(load_study(), names, varied, stage)
+    return sweep.scores[:, np.abs(sweep.values - value).argmin()]
+
+
+def controller(value):
+    """Return the score of the controller that aims at the goal, under one drift; None: the worst."""
+    name = controller_name(make("two_wheeled_drift"))
+    sweep = sweep_of(load_study(), [name], "drift", BEFORE)
+    chosen = slice(None) if value is None else np.abs(sweep.values - value).argmin()
+    return sweep.scores[0, chosen].min()
+
+
+def on_robot():
+    """Return what 09 says of the paper's drift."""
+    before, after = ({n: robot(n, stage) for n in ALGORITHMS} for stage in (BEFORE, AFTER))
+    gap = shift_interval(after["emrld"], after["maml"])
+    assert gap.low <= 0.1 and gap.high < 2  # at most a hair ahead
+    return [
+        *[number for n in OURS for number in (before[n].mean(), after[n].mean())],
+        *[after[n].min() for n in OURS],
+        EARNED["two_wheeled_drift"],
+        *(
+            before["maml"].mean(),
+            after["maml"].mean(),
+            after["emrld"].mean() - before["emrld"].mean(),
+        ),
+        gap.high,
+        *(after["meta-bc"].mean(), after["gmps"].mean()),
+        robot("emrld-ws", TRIAL).mean(),
+    ]
+
+
+def robot_sweep():
+    """Return what 09 says of drifts, delays, the gyroscope and ice."""
+    least = min(robot("emrld", AFTER, value=value).mean() for value in (-0.8, -0.4, 0.0, 0.4, 0.65))
+    return [
+        *(0.65, -0.8, least, 0.8),
+        *[robot(n, AFTER, value=0.8).mean() for n in (*OURS, "maml")],
+        *(robot("maml", stage, value=0.65).mean() for stage in (BEFORE, AFTER)),
+        robot("emrld", AFTER, "delay", 0.0).mean() - robot("emrld", AFTER, "delay", 0.5).mean(),
+        *[robot(n, AFTER, "delay", 1.0).mean() for n in (*OURS, "maml")],
+        *[robot(n, AFTER, "delay", 1.5).mean() for n in (*OURS, "maml")],
+        0.4,
+        *[robot(n, AFTER, "odometry_turn", 0.4).mean() for n in (*OURS, "maml")],
+        0.02,
+        robot("emrld", AFTER, "friction", 0.02).mean(),
+    ]
+
+
 def each(env, quality, name, goal=None):
     """Return the scores of the seeds, sorted."""
     return sorted(scores(env, quality, name, goal=goal))
@@ -489,6 +546,13 @@ CLAIMS = {
         ],
         *switch_waits(CONTROL),
     ],
+    "09#robot-at-the-papers-drift": on_robot,
+    "09#robot-sweep-verdicts": robot_sweep,
+    "09#controller-against-policies": lambda: [
+        controller(None),
+        *(robot("emrld", AFTER).mean(), controller(ROBOT_DRIFT)),
+        *(0.8, robot("emrld", AFTER, value=0.8).mean()),
+    ],
     "README#The paper's main claim holds": lambda: [
         max(falls(*OURS)),
         max(falls(*OURS, quality="suboptimal")),
@@ -509,6 +573,13 @@ CLAIMS = {
         drift("maml", 1),
         drift("emrld", 1),
         drift("maml", 0),
+    ],
+    "README#On a robot that training never saw one step is enough, for its gain": lambda: [
+        ROBOT_DRIFT,
+        *(robot("emrld", stage).mean() for stage in (BEFORE, AFTER)),
+        robot("maml", BEFORE).mean(),
+        controller(ROBOT_DRIFT),
+        *(robot(n, AFTER, "delay", 1.0).mean() for n in ("emrld", "maml")),
     ],
     "README#The second-order meta-gradient and the mean in the cloning loss matter": lambda: [
         switch("first-order meta-gradient"),
@@ -626,6 +697,22 @@ CLAIMS = {
         *[drift(name, 1) for name in ("meta-bc", "gmps")],
         *[drift_lead(name).high for name in OURS],
     ],
+    "ledger#claim-robot-one-step": lambda: [
+        *(ROBOT_DRIFT, ROBOT_TRIALS),
+        *[number for n in OURS for number in (robot(n, BEFORE).mean(), robot(n, AFTER).mean())],
+        *[number for n in ("meta-bc", "gmps") for number in (robot(n, AFTER).mean(),)],
+    ],
+    "ledger#claim-robot-maml": lambda: [
+        *(robot("maml", stage).mean() for stage in (BEFORE, AFTER)),
+        shift_interval(robot("emrld", AFTER), robot("maml", AFTER)).high,
+        0.65,
+        *(robot("maml", stage, value=0.65).mean() for stage in (BEFORE, AFTER)),
+    ],
+    "ledger#claim-robot-far": lambda: [
+        *[robot(n, AFTER, value=0.8).mean() for n in (*OURS, "maml")],
+        *[robot(n, AFTER, "delay", 1.0).mean() for n in (*OURS, "maml")],
+        controller(None),
+    ],
     "ledger#claim-sensitivity": lambda: [
         *(SENSITIVITY_END - WINDOW + 1, SENSITIVITY_END),
         *[span(name, varied) for name in OURS for varied in ("w_rl", "w_bc")],
@@ -665,7 +752,8 @@ def waits(algorithm, **kind):
 
 def said():
     """Return every text with claims by its key."""
-    return measured_paragraphs("07") | measured_paragraphs("08") | findings() | ledger()
+    measured = [measured_paragraphs(number) for number in ("07", "08", "09")]
+    return {key: text for part in (*measured, findings(), ledger()) for key, text in part.items()}
 
 
 @pytest.mark.parametrize("key", sorted(CLAIMS))
@@ -683,7 +771,7 @@ def test_demonstrators_earned_what_their_files_say(env):
 
 
 def test_every_finding_is_covered():
-    texts = measured_paragraphs("07") | measured_paragraphs("08") | findings()
+    texts = [key for key in said() if not key.startswith("ledger")]
     covered = {key for key in CLAIMS if not key.startswith("ledger")} | {NOT_STORED}
     assert set(texts) == covered
 
