@@ -546,7 +546,7 @@ guess.reveal("late", f"{means[-1]:.0f}")
 # %% [markdown] tags=["reveal"]
 # *Figure 9. The textbook controller on the robot, mean over drifts of −0.3, 0 and 0.3 rad/s: with the gain 2, and with half of the largest gain that the delay allows.*
 #
-# A late robot must be steered gently, and then it arrives. The learned policies were trained where nothing is late, so they steer as if nothing were: they have the controller's trouble, and one adaptation step does not cure it. What would? To train with delays among the tasks.
+# A late robot must be steered gently, and then it arrives. The learned policies were trained where nothing is late, so they steer as if nothing were. They have the controller's trouble, if less of it, and one adaptation step does not cure it. What would? To train with delays among the tasks.
 
 # %% [markdown]
 # ## 5 · Is learning needed here at all?
