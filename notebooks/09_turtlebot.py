@@ -594,7 +594,7 @@ assert aimed.scores.min() > 60
 #
 # - A kinematic world is a good picture of a slow robot; what it lacks is delay, and that a robot believes its odometry.
 # - One adaptation step with five trajectories and one simulated demonstration carries a policy from the world of its training to a robot that it never saw.
-# - Late commands break every policy here before slip and odometry do, and the reason fits on a line: the largest gain is $2 \sin\!\big(\tfrac{\pi}{2 (2d + 1)}\big) / dT$.
+# - Late commands break every policy here before slip and odometry do, and the reason is one line of algebra: what is seen late must be answered gently.
 # - A controller that is told the goal needs no learning. Know what your yardstick does before you call a result impressive.
 #
 # **References** Siegwart, Nourbakhsh and Scaramuzza (2011), *Introduction to autonomous mobile robots*; ROBOTIS, *TurtleBot3 e-Manual*; Todorov, Erez and Tassa (2012), *MuJoCo: a physics engine for model-based control*; Rengarajan et al. (2022), the paper.
