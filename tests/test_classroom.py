@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import torch
 
+from emrld_lite.adapt import adapt, warm_start
 from emrld_lite.classroom import checks
 from emrld_lite.classroom.checks import answers, patience
 from emrld_lite.classroom.clock import Clock
@@ -45,7 +46,7 @@ def exercises(folder="notebooks", suffix=".py"):
 
 def student_function(source, name):
     """Return the function a cell defines."""
-    scope = {"torch": torch, "math": math, "np": np}
+    scope = {"torch": torch, "math": math, "np": np, "adapt": adapt, "warm_start": warm_start}
     exec(source, scope)
     return scope[name]
 

@@ -19,9 +19,16 @@ def _odometry(draw: Draw) -> Question:
     return draw.normal(readings, 2).cumsum(0), measured, draw.between(0.01, 0.1)
 
 
+def _wheel_command(draw: Draw) -> Question:
+    action, bias = 1.5 * draw.normal(2), 1.5 * float(draw.normal(1))
+    if draw.whole(0, 4) == 0:
+        action[draw.whole(0, 2)] = (math.nan, math.inf, -math.inf)[draw.whole(0, 3)]
+    return action, bias
+
+
 QUESTIONS: Questions = {
     "odometry": _odometry,
-    "wheel_command": lambda draw: (1.5 * draw.normal(2), 1.5 * float(draw.normal(1))),
+    "wheel_command": _wheel_command,
 }
 MANY_ANSWERS = {"largest_gain", "one_adaptation"}
 

@@ -1,58 +1,58 @@
-from dataclasses import replace
+import dataclasses
 
-from emrld_lite.adapt import adapt, warm_start
+from emrld_lite import adapt as adaptation
 
 
 def cold(meta_params, drive, demonstration, rule, score):
     """the meta-policy drove them"""
-    return adapt(meta_params, score(drive(meta_params, 5)), demonstration, rule)
+    return adaptation.adapt(meta_params, score(drive(meta_params, 5)), demonstration, rule)
 
 
 def warmed_twice(meta_params, drive, demonstration, rule, score):
     """warmed twice"""
-    start = warm_start(meta_params, demonstration, rule)
-    return adapt(start, score(drive(start, 5)), demonstration, rule)
+    start = adaptation.warm_start(meta_params, demonstration, rule)
+    return adaptation.adapt(start, score(drive(start, 5)), demonstration, rule)
 
 
 def twenty(meta_params, drive, demonstration, rule, score):
     """drives 5 trajectories"""
-    start = warm_start(meta_params, demonstration, rule)
-    return adapt(meta_params, score(drive(start, 20)), demonstration, rule)
+    start = adaptation.warm_start(meta_params, demonstration, rule)
+    return adaptation.adapt(meta_params, score(drive(start, 20)), demonstration, rule)
 
 
 def one_by_one(meta_params, drive, demonstration, rule, score):
     """at once"""
-    start = warm_start(meta_params, demonstration, rule)
+    start = adaptation.warm_start(meta_params, demonstration, rule)
     trials = [drive(start, 1) for _ in range(5)]
-    return adapt(meta_params, score(trials[-1]), demonstration, rule)
+    return adaptation.adapt(meta_params, score(trials[-1]), demonstration, rule)
 
 
 def never_drives(meta_params, drive, demonstration, rule, score):
     """never moved"""
-    return warm_start(meta_params, demonstration, rule)
+    return adaptation.warm_start(meta_params, demonstration, rule)
 
 
 def no_step(meta_params, drive, demonstration, rule, score):
     """one adaptation step is missing"""
-    start = warm_start(meta_params, demonstration, replace(rule, warm_start=True))
-    drive(warm_start(meta_params, demonstration, rule), 5)
+    start = adaptation.warm_start(meta_params, demonstration, dataclasses.replace(rule, warm_start=True))
+    drive(adaptation.warm_start(meta_params, demonstration, rule), 5)
     return start if rule.warm_start else meta_params
 
 
 def unscored(meta_params, drive, demonstration, rule, score):
     """score"""
-    start = warm_start(meta_params, demonstration, rule)
-    return adapt(meta_params, drive(start, 5), demonstration, rule)
+    start = adaptation.warm_start(meta_params, demonstration, rule)
+    return adaptation.adapt(meta_params, drive(start, 5), demonstration, rule)
 
 
 def only_clones(meta_params, drive, demonstration, rule, score):
     """cloning alone"""
-    trial = score(drive(warm_start(meta_params, demonstration, rule), 5))
-    return adapt(meta_params, trial, demonstration, replace(rule, w_rl=0.0))
+    trial = score(drive(adaptation.warm_start(meta_params, demonstration, rule), 5))
+    return adaptation.adapt(meta_params, trial, demonstration, dataclasses.replace(rule, w_rl=0.0))
 
 
 def two_steps(meta_params, drive, demonstration, rule, score):
     """two adaptation steps"""
-    trial = score(drive(warm_start(meta_params, demonstration, rule), 5))
-    once = adapt(meta_params, trial, demonstration, rule)
-    return adapt(once, trial, demonstration, rule)
+    trial = score(drive(adaptation.warm_start(meta_params, demonstration, rule), 5))
+    once = adaptation.adapt(meta_params, trial, demonstration, rule)
+    return adaptation.adapt(once, trial, demonstration, rule)
