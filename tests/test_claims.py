@@ -597,6 +597,7 @@ CLAIMS = {
         max(searched("*-gmps", "*")),
         max(searched("two_wheeled-*-maml", "*")),
         max(searched("two_wheeled-*-maml", "*", at_best=True)),
+        max(searched("two_wheeled-*-maml", "unscaled", at_best=True)),
         *within_bounds("search-point2d-optimal-meta-bc-table1-seed0"),
         *within_bounds("search-two_wheeled-optimal-meta-bc-rate0.002-seed0"),
         *goals(),
