@@ -13,8 +13,9 @@ from .notebook_05_trust_region import conjugate_gradient, full_step
 from .notebook_06 import adaptation_step, surrogate
 from .notebook_06_experiment import what_parts_add
 from .notebook_06_iteration import meta_loss
-from .notebook_07 import false_ahead_rate, interquartile_mean, late_rise
-from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
+from .notebook_07 import false_ahead_rate, rank_interval, seeds_needed
+from .notebook_07_reading import hidden_by_mean, read_curves
+from .notebook_08 import clean_pairs, own_experiment, which_sentence
 from .values import agree
 
 __all__ = [
@@ -23,29 +24,30 @@ __all__ = [
     "agree",
     "agreement",
     "assumption_numbers",
-    "averaged_log_density",
     "best_constant",
     "break_the_substitution",
+    "clean_pairs",
     "compare_baselines",
     "conjugate_gradient",
     "discounted_returns",
     "episodes_needed",
     "false_ahead_rate",
     "full_step",
-    "interquartile_mean",
-    "late_rise",
+    "hidden_by_mean",
     "log_density",
     "loitering_gain",
     "meta_gradient",
     "meta_loss",
     "misleading",
     "nearest_distance",
-    "one_at_a_time",
+    "own_experiment",
     "performance_difference",
     "point_step",
     "policy_gradient",
+    "rank_interval",
+    "read_curves",
     "require",
-    "seed_differences",
+    "seeds_needed",
     "steer",
     "steps_before_reward",
     "supervised_meta_loss",
@@ -53,5 +55,6 @@ __all__ = [
     "tight_step",
     "visitation",
     "what_parts_add",
+    "which_sentence",
     "with_task",
 ]
