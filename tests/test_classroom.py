@@ -45,7 +45,7 @@ def exercises(folder="notebooks", suffix=".py"):
 
 def student_function(source, name):
     """Return the function a cell defines."""
-    scope = {"torch": torch, "math": math, "np": np}
+    scope = {"torch": torch, "math": math, "np": np, "combinations": itertools.combinations}
     exec(source, scope)
     return scope[name]
 

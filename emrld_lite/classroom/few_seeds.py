@@ -20,15 +20,6 @@ FEWEST, MOST = 3, 20  # seeds of each side that are looked at
 PAIRS = 400  # simulated for each number of seeds
 
 
-def bootstrap_rule(one: Scores, other: Scores) -> Interval:
-    """Return the middle 90 % of 1,000 bootstrapped differences of two means."""
-    one, other = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
-    random = np.random.default_rng(0)
-    left, right = (random.choice(side, (1000, len(side))).mean(1) for side in (one, other))
-    low, high = np.quantile(left - right, [ERROR, 1 - ERROR])
-    return Interval(float(one.mean() - other.mean()), float(low), float(high))
-
-
 def rank_interval(one: Scores, other: Scores, error: float) -> tuple[float, float, float]:
     """Return estimate, low and high of the difference; either verdict is false with at most ``error``."""
     return tuple(shift_interval(one, other, level=1 - 2 * error))
