@@ -533,7 +533,7 @@ for number, title, name, table in found[:8]:
 guess.reveal("hidden", f"{found[0][1]}, by {plotting.label(found[0][2])}")
 
 # %% [markdown] tags=["reveal"]
-# The mean of a line says little where its worst and its best task lie so far apart. HalfCheetah has two tasks, so here they are, one by one, before the adaptation and after one step:
+# The mean of a line says little where its worst and its best task lie so far apart. A large number is a reason to look, not yet a verdict: tasks may also differ in what they pay. HalfCheetah has two tasks, so here they are, one by one, before the adaptation and after one step:
 
 # %% tags=["directions", "reveal"]
 seeds = stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")
@@ -845,10 +845,6 @@ guess.reveal("broke", ", ".join(broken) or "none")
 
 # %%
 clock.at("the paper's claims")
-guess.ask("holds", "how many of the first eight hold without a 'but'?")
-
-# %% tags=["claims-counted", "reveal"]
-guess.reveal("holds", "3 (sentences 2, 3 and 6); the table has the others' 'but'")
 
 # %% [markdown] tags=["reveal"]
 # | | here | where |
@@ -1059,8 +1055,8 @@ for one, other in zip(promised, live, strict=False):
 pairs = [(a.return_after, b.return_after) for a, b in zip(promised, live, strict=False)]
 here = {name: metadata.version(name) for name in ("torch", "numpy")}
 same_versions = here == {name: facts["versions"][name] for name in here}
-if same_versions and platform.machine().lower() in ("x86_64", "amd64"):
-    assert all(one == other for one, other in pairs)
+promise_holds_here = same_versions and platform.machine().lower() in ("x86_64", "amd64")
+assert not promise_holds_here or all(one == other for one, other in pairs)
 assert abs(pairs[0][1] / pairs[0][0] - 1) < 0.01
 guess.reveal("digits", f"{sum(one == other for one, other in pairs)}, on the machine that ran this")
 
