@@ -15,10 +15,10 @@ from ..config import TrainConfig
 from ..demonstrations import load_demonstrations
 
 HIGHER, LOWER, SAME = "higher", "lower", "no different"
+EXAMPLE = {"switch": {"episodes": 5}, "expected": LOWER, "seeds": (0, 1, 2), "iterations": 20}
 LAST = 5  # iterations over which the score of a short training is a mean
 
 
-SECONDS = 0.5  # planned for one meta-iteration on a laptop
 LONGEST = 240  # iterations of all trainings together: two minutes
 NOT_SWITCHES = {
     "seed": "the seeds are drawn on both sides alike; they are no switch",
