@@ -307,9 +307,8 @@ def rank_interval(one, other, error):
     for mine in combinations(ranks, len(one)):
         theirs = [rank for rank in ranks if rank not in mine]
         lost.append(sum(a < b for a in mine for b in theirs))
-    k = 0
-    while np.mean([pairs < k + 1 for pairs in lost]) <= error:
-        k += 1
+    rare = [k for k in range(1, len(one) * len(other)) if np.mean(np.less(lost, k)) <= error]
+    k = max(rare)
     differences = np.sort(np.subtract.outer(one, other), axis=None)
     return np.median(differences), differences[k - 1], differences[-k]
     ### END SOLUTION

@@ -253,9 +253,12 @@ for quality in ("optimal", "suboptimal"):
     print(f"{quality} data, iterations {STUDY_END - 9} to {STUDY_END}: return, less the control's")
     studied = ablation_runs(runs.SHIPPED, quality)
     left[quality] = against_control(studied, STUDY_END, "EMRLD", WORTH * EARNED["point2d"])
-for name in ("w_bc", "w_rl"):
-    values = [float(scores[f"{name} = 0"].mean()) for scores in left.values()]
-    guess.reveal(name, "{:.1f} with optimal data, {:.1f} with sub-optimal".format(*values))
+told = "{:.1f} with optimal data, {:.1f} with sub-optimal"
+ends = {
+    part: [scores[part].mean() for scores in left.values()] for part in ("w_bc = 0", "w_rl = 0")
+}
+guess.reveal("w_bc", told.format(*ends["w_bc = 0"]))
+guess.reveal("w_rl", told.format(*ends["w_rl = 0"]))
 
 # %% [markdown] tags=["reveal"]
 # **Measured.** Half of the sentence holds. Without cloning 4.0 are left of 74.4 with optimal data, and 8.4 of 76.8 with sub-optimal. Without RL
@@ -387,8 +390,9 @@ for name in ("emrld", "emrld-ws"):
         print(f"{plotting.label(name):9}{varied} = 0.2 to 1: late return", end="")
         print("".join(f"{one:6.1f}" for one in late), f"  span {spans[name, varied]:4.1f}", end="")
         print("  past 35 at", passed)
-w_bc = [halfway["emrld", "w_bc", value] for value in (0.2, 1.0)]
-guess.reveal("moves", f"w_bc, speed: past 35 at iteration {w_bc[0]} with 0.2, {w_bc[1]} with 1")
+slow, fast = (halfway["emrld", "w_bc", value] for value in (0.2, 1.0))
+told = f"w_bc moves the end by {spans['emrld', 'w_bc']:.1f}, w_rl by {spans['emrld', 'w_rl']:.1f}"
+guess.reveal("moves", f"{told}; past 35 at {slow} with w_bc = 0.2, at {fast} with 1")
 
 # %% [markdown] tags=["reveal"]
 # **Measured.** *Robust* holds. Over its five values $w_{\mathrm{rl}}$ moves EMRLD's late return by 2.9 and $w_{\mathrm{bc}}$ by 6.7; EMRLD-WS's by 3.1 and 5.6. So does the paper's order, but

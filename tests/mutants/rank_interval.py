@@ -19,7 +19,7 @@ def _gaps(one, other):
 
 
 def worst_to_best(one, other, error):
-    """with so many runs the first side may lose some pairs"""
+    """with this error the first side may lose some pairs"""
     gaps = _gaps(one, other)
     return np.median(gaps), gaps[0], gaps[-1]
 
@@ -73,7 +73,7 @@ def quantiles(one, other, error):
 
 
 def fixed_error(one, other, error):
-    """for 3 runs against 4 and an error of 0.12"""
+    """may lose some pairs"""
     gaps, k = _gaps(one, other), _k(len(one), len(other), 0.05)
     return np.median(gaps), gaps[k - 1], gaps[-k]
 

@@ -7,7 +7,7 @@ def _said(lost, excluded):
 def absence_of_evidence(rule, switched, control, worth):
     """so large a loss is not excluded"""
     gap = rule(switched, control)
-    return "a loss" if gap.high < 0 else "no loss that matters"
+    return _said(gap.high < 0, gap.high >= 0 or gap.low > -worth)
 
 
 def by_the_estimate(rule, switched, control, worth):

@@ -102,7 +102,7 @@ def _counted(got: float, intervals: np.ndarray) -> None:
 
 
 # runs of each side, error: no share of the deals lies close to an error but for the first
-DEALS = ((3, 3, 0.05), (5, 4, 0.05), (3, 4, 0.12), (4, 4, 0.2), (2, 5, 0.1), (5, 5, 0.05))
+DEALS = ((3, 3, 0.05), (5, 5, 0.05), (3, 4, 0.12), (4, 4, 0.2), (2, 5, 0.1), (5, 4, 0.05))
 
 
 @answered
@@ -164,8 +164,8 @@ def _judge_interval(got: torch.Tensor, one: np.ndarray, other: np.ndarray, error
         )
     if k > 1 and close(got[1:], at(1)[1:]):
         raise Wrong(
-            "that is the range of all differences: with so many runs the first side may lose some "
-            "pairs. How many, you find by counting deals."
+            "that is the range of all differences: with this error the first side may lose some pairs. "
+            "How many, you find by counting deals."
         )
     shares = np.quantile(gaps, [error, 1 - error])
     if close(got[1:], torch.as_tensor(shares)):
@@ -206,6 +206,10 @@ def seeds_needed(student: Student) -> None:
         answer = student(rule, gap, spread, chance, np.random.default_rng(number))
         if not rule.pairs:
             raise Wrong("you never ask the rule: what it says of simulated pairs decides.")
+        if min(count for _, count in _shares(rule).values()) < 200:
+            raise Wrong(
+                "simulate at least 200 pairs for each number of seeds: fewer say too little."
+            )
         _judge_pairs(rule.pairs, gap, spread)
         if answer is None:
             raise Wrong("you return None, although a number of seeds up to 20 is enough.")
@@ -258,18 +262,17 @@ def _judge_number(
     """Compare the number of seeds with what the student's own simulation says."""
     if min(shares) < FEWEST:
         raise Wrong("begin with three seeds of each side: fewer cannot be judged by ranks.")
-    if min(count for _, count in shares.values()) < 200:
-        raise Wrong("simulate at least 200 pairs for each number of seeds: fewer say too little.")
     if got not in range(FEWEST, MOST + 1):
         raise Wrong(f"return a number of seeds from 3 to 20, yours is {got:g}.")
-    numbers = range(FEWEST, int(got) + 1)
-    if missing := [runs for runs in numbers if runs not in shares]:
-        raise Wrong(f"you never try {missing[0]} seeds: a smaller number might be enough.")
-    if early := [runs for runs in numbers[:-1] if shares[runs][0] >= chance]:
+    tried = sorted(runs for runs in shares if runs < got)
+    if early := [runs for runs in tried if shares[runs][0] >= chance]:
         raise Wrong(
             f"{early[0]} seeds are enough already: there the rule says ahead in "
             f"{shares[early[0]][0]:.0%}, and {chance:.0%} are asked for."
         )
+    numbers = range(FEWEST, int(got) + 1)
+    if missing := [runs for runs in numbers if runs not in shares]:
+        raise Wrong(f"you never try {missing[0]} seeds: a smaller number might be enough.")
     if shares[int(got)][0] < chance:
         told = f"with {int(got)} seeds the rule says ahead in {shares[int(got)][0]:.0%} only"
         estimates = [i.estimate > 0 for i in rule.intervals]

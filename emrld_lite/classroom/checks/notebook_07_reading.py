@@ -70,7 +70,7 @@ def _judge_hidden(found: Mapping[str, float], raised: float) -> None:
         raise Wrong(
             "your number is the same for every table: is it a mean over all, which hides everything?"
         )
-    if found["split"] < min(found["alike"], found["lost"], found["seeds"]):
+    if found["split"] < min(found["alike"], found["lost"], found["seeds"]) <= 0:
         raise Wrong(
             "your number is small where the tasks differ and large where they are alike: turn it round."
         )
