@@ -42,7 +42,7 @@ from emrld_lite.classroom.sketches.one_change import one_change
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.experiments import paper_figures, plotting, runs
-from emrld_lite.experiments.intervals import shift_interval, verdict, worst_to_best
+from emrld_lite.experiments.intervals import Interval, shift_interval, verdict, worst_to_best
 from emrld_lite.experiments.results import (
     EARNED,
     late_rise,
@@ -202,8 +202,8 @@ sentence = which_sentence if sentence_right else plans.which_sentence  # until y
 
 # %% tags=["four-cases", "reveal"]
 for number, ends in plans.CASES.items():
-    made_up = few_seeds.Interval(sum(ends) / 2, *ends)
-    said = sentence(lambda one, other, made_up=made_up: made_up, None, None, 5.0)
+    made_up = Interval(sum(ends) / 2, *ends)
+    said = sentence(lambda one, other, made_up=made_up: made_up, np.ones(5), np.ones(5), 5.0)
     print(f"case {number}: [{ends[0]:5.1f}, {ends[1]:5.1f}]   {said}")
 guess.reveal("case", "case 1 alone")
 
@@ -417,12 +417,12 @@ guess.reveal("moves", f"{told}; past 35 at {slow} with w_bc = 0.2, at {fast} wit
 # | reward of 1e-5 elsewhere | what a step without reward earns | released code |
 # | advantages not normalised | their scale is left as it is | neither |
 #
-# **Predict first.** Which switch costs most return on unseen goals? And for how many of the others will the runs carry "no loss that matters"?
+# **Predict first.** Which switch costs most return on unseen goals? And for how many of the eight will the runs carry "no loss that matters"?
 
 # %%
 clock.at("the ledger as experiments")
-guess.ask("costs", "most return is cost by")
-guess.ask("carried", '"no loss that matters" is carried for')
+guess.ask("costs", "the switch that costs most")
+guess.ask("carried", "how many of eight: no loss that matters")
 
 # %% tags=["switches", "reveal"]
 figure = paper_figures.switches(runs.SHIPPED)

@@ -42,7 +42,7 @@ def live_curves(
     """Yield, training by training, its side and its mean return after adaptation by iteration."""
     for seed in seeds:
         for side, changes in (("control", {}), ("switched", switch)):
-            config = dataclasses.replace(control_config(iterations, seed), **changes)
+            config = dataclasses.replace(control_config(iterations, int(seed)), **changes)
             data = load_demonstrations(config.demos, config.env)
             yield side, [one.record.return_after for one in train.meta_train(config, data)]
 
