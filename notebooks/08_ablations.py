@@ -42,7 +42,7 @@ from emrld_lite.classroom.sketches.one_change import one_change
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.experiments import paper_figures, plotting, runs
-from emrld_lite.experiments.intervals import Interval, shift_interval, verdict, worst_to_best
+from emrld_lite.experiments.intervals import shift_interval, verdict, worst_to_best
 from emrld_lite.experiments.results import (
     EARNED,
     late_rise,
@@ -202,8 +202,7 @@ sentence = which_sentence if sentence_right else plans.which_sentence  # until y
 
 # %% tags=["four-cases", "reveal"]
 for number, ends in plans.CASES.items():
-    made_up = Interval(sum(ends) / 2, *ends)
-    said = sentence(lambda one, other, made_up=made_up: made_up, np.ones(5), np.ones(5), 5.0)
+    said = sentence(plans.case_rule(number), np.zeros(5), np.ones(5), 5.0)
     print(f"case {number}: [{ends[0]:5.1f}, {ends[1]:5.1f}]   {said}")
 guess.reveal("case", "case 1 alone")
 

@@ -146,8 +146,10 @@ def test_every_question_has_one_answer_or_none():
 def test_the_four_cases_are_the_four_sentences():
     worth, said = 5.0, []
     for number, ends in plans.CASES.items():
-        made_up = few_seeds.Interval(sum(ends) / 2, *ends)
-        said.append(plans.which_sentence(lambda *_, made_up=made_up: made_up, None, None, worth))
+        rule, sides = plans.case_rule(number), (np.zeros(5), np.ones(5))
+        assert tuple(rule(*sides)[1:]) == ends
+        assert tuple(rule(*sides[::-1])[1:]) == (-ends[1], -ends[0])
+        said.append(plans.which_sentence(rule, *sides, worth))
         assert plans.four_cases(worth).axes[0].get_yticklabels()[number - 1].get_text()[-1] == str(
             number
         )

@@ -27,6 +27,10 @@ NOT_SWITCHES = {
     "algorithm": "another algorithm changes several things at once",
     "demos": "with sub-optimal data w_rl changes as well (Table 1), so two things would change",
     "env": "another environment is no setting of this one: nothing could be compared",
+    "heading": "it has no effect on Point2D, whose state has none",
+    "start": "it has no effect on Point2D: it is the cheetah's",
+    "paid_side": "it has no effect on Point2D: it is the cheetah's",
+    "meta_lr": "TRPO does not read it, and Adam makes no step here",
     "reward": "the returns of another reward cannot be compared with the control's",
 }
 

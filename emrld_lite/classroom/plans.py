@@ -96,6 +96,20 @@ def which_sentence(
 CASES = {1: (-2.6, 3.0), 2: (-11.0, -2.0), 3: (-9.0, 4.0), 4: (-3.4, -0.8)}
 
 
+def case_rule(number: int) -> Callable[..., Interval]:
+    """Return a rule that gives the interval of a case, with its sign turned where the sides are turned.
+
+    The switched side is the one with the lower scores.
+    """
+    low, high = CASES[number]
+
+    def rule(one: np.ndarray, other: np.ndarray) -> Interval:
+        ends = (low, high) if np.mean(one) < np.mean(other) else (-high, -low)
+        return Interval(sum(ends) / 2, *ends)
+
+    return rule
+
+
 def four_cases(worth: float = 5.0) -> Figure:
     """Return four intervals of a difference by their numbers, beside the losses that matter."""
     figure, axes = plt.subplots(figsize=(7.4, 2.4))

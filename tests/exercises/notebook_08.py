@@ -10,13 +10,12 @@ from .draw import Draw, Question, Questions
 
 
 def _interval(draw: Draw) -> Question:
-    low = draw.between(-12, 4)
-    high = low + draw.between(0.5, 9)
-    switched, control = draw.random.normal(size=5), draw.random.normal(size=4)
+    reach = draw.between(0.5, 5)
+    switched, control = draw.random.normal(70, 3, size=5), draw.random.normal(73, 3, size=4)
 
     def rule(one: np.ndarray, other: np.ndarray) -> Interval:
-        ends = (low, high) if len(one) == 5 else (-high, -low)
-        return Interval(sum(ends) / 2, *ends)
+        gap = float(np.mean(one) - np.mean(other))
+        return Interval(gap, gap - reach, gap + reach)
 
     return rule, switched, control, draw.between(1, 8)
 

@@ -37,7 +37,7 @@ def turned_round(table):
 
 
 def best_task(table):
-    """at a higher level of return"""
+    """at another level of return"""
     return table.mean(0).max() + 3 * table.mean(0).std()
 
 
@@ -61,3 +61,8 @@ def centred_in_place(table):
 def one_per_task(table):
     """a single number"""
     return table.mean(0)
+
+
+def worst_task(table):
+    """at another level of return"""
+    return -table.mean(0).min()

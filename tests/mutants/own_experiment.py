@@ -74,3 +74,13 @@ def no_switch():
 def keys_missing():
     """a dict with the keys"""
     return {"switch": {"bc_reduction": "sum"}}
+
+
+def of_another_robot():
+    """no effect on Point2D"""
+    return {**DESIGN, "switch": {"heading": False}}
+
+
+def of_another_optimiser():
+    """Adam makes no step here"""
+    return {**DESIGN, "switch": {"meta_lr": 0.1}}

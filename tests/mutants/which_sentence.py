@@ -67,3 +67,9 @@ def means_to_the_rule(rule, switched, control, worth):
     """hand the rule the scores"""
     gap = rule(switched[:1], control[:1])
     return _said(gap.high < 0, gap.low > -worth)
+
+
+def large_gains_are_losses(rule, switched, control, worth):
+    """beyond which any larger loss is excluded"""
+    gap = rule(switched, control)
+    return _said(gap.high < 0, abs(gap.low) < worth)

@@ -232,7 +232,9 @@ def _judge_pairs(asked: list[tuple[np.ndarray, np.ndarray]], gap: float, spread:
     if any(len(one) != len(other) for one, other in asked):
         raise Wrong("both sides need the same number of seeds.")
     one, other = (np.concatenate(side) for side in zip(*asked, strict=True))
-    if np.isclose(np.corrcoef(one, other)[0, 1], 1.0):
+    with np.errstate(all="ignore"):  # a side without any spread is told below
+        correlation = np.corrcoef(one, other)[0, 1]
+    if np.isclose(correlation, 1.0):
         raise Wrong("the second side is the first one, shifted: draw each side anew.")
     error = 4 * spread * np.sqrt(2 / len(one))
     found = one.mean() - other.mean()

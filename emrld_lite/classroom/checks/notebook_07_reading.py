@@ -55,16 +55,19 @@ def hidden_by_mean(student: Student) -> None:
             name: as_number(ask(student, table + level).answer, "a single number")
             for name, table in zip(Tables._fields, tables, strict=True)
         }
-        raised = as_number(ask(student, tables.alike + 500.0).answer, "a single number")
-        _judge_hidden(found, raised)
+        moved = [
+            as_number(ask(student, tables.alike + far).answer, "a single number")
+            for far in (500.0, -500.0)
+        ]
+        _judge_hidden(found, max(moved))
         shuffled = random.permutation(tables.split.T).T[random.permutation(seeds)] + level
         again = as_number(ask(student, shuffled).answer, "a single number")
         if not np.isclose(again, found["split"], rtol=1e-4, atol=1e-6):
             raise Wrong("the order of tasks and seeds means nothing: your number must not change.")
 
 
-def _judge_hidden(found: Mapping[str, float], raised: float) -> None:
-    """Compare the numbers of the tables with each other; ``raised`` is that of noise far above zero."""
+def _judge_hidden(found: Mapping[str, float], moved: float) -> None:
+    """Compare the numbers of the tables with each other; ``moved`` is that of noise far from zero."""
     hidden = min(found["split"], found["few"])
     if max(found.values()) - min(found.values()) < 1e-9:
         raise Wrong(
@@ -84,9 +87,9 @@ def _judge_hidden(found: Mapping[str, float], raised: float) -> None:
             "mere noise gets as large a number as tasks that every seed misses. Noise differs from "
             "seed to seed, so a mean over seeds removes most of it: take that first."
         )
-    if raised >= hidden:
+    if moved >= hidden:
         raise Wrong(
-            "the same noise at a higher level of return gets a larger number: only differences "
+            "the same noise at another level of return gets a larger number: only differences "
             "between tasks should count, not how high all of them are."
         )
 

@@ -107,7 +107,14 @@ def _ends(random: np.random.Generator) -> list[tuple[float, float, float]]:
             (-large, -0.1),
             (-2 * large, -large),
         )
-        cases += ((-small, gain), (-small, 0.3), (-large, gain), (-large, 0.4), (0.5, 0.5 + gain))
+        cases += (
+            (-small, gain),
+            (-small, 0.3),
+            (-large, gain),
+            (-large, 0.4),
+            (0.5, 0.5 + gain),
+            (large, large + gain),
+        )
         found += [(float(low), float(high), worth) for low, high in cases]
     return found
 
