@@ -14,46 +14,43 @@
 # # 08 · Ablations: what EMRLD needs, and what was an accident
 #
 # An algorithm is published with everything its authors had in it when it worked. Which parts did the work? You find out
-# by taking them away, **one at a time**. This notebook takes apart EMRLD's two losses, turns its two weights, and flips eight switches, most of them points
-# on which paper and released code disagree. Write your guess down before each figure: the surprises are worth more that way.
+# by taking them away, **one at a time**, and by asking what the runs can say when nothing seems to happen. In this notebook you look for clean
+# comparisons in a list of trainings, write the function that turns an interval into a sentence, let it judge the paper's ablations, and run an experiment of your own.
 #
 # **You will be able to**
 #
-# - plan an ablation that changes one thing, and compare runs seed by seed,
-# - say what $w_{\mathrm{bc}}$ and $w_{\mathrm{rl}}$ do in EMRLD, and how large a loss the runs exclude where they find none,
-# - tell the switches that matter from those that do not,
-# - design an experiment of your own, with its control, and run it.
+# - find the comparison that answers a question, and the one that only seems to,
+# - tell "no loss that matters" from "we cannot say",
+# - say what $w_{\mathrm{bc}}$ and $w_{\mathrm{rl}}$ do in EMRLD, and prove where the second can do nothing,
+# - design an experiment with its control, run it, and judge it.
 #
-# **You need** notebooks 06 (EMRLD) and 07 (intervals). **Time** about 70 minutes, of which the machine computes two. **Paper** Appendices
-# "Sensitivity analysis" and "Ablation experiments", Figs. 7 and 8, of Rengarajan et al., NeurIPS 2022.
+# **You need** notebooks 06 (EMRLD) and 07 (intervals). **Time** The core, sections 1 to 6, is planned for 90 minutes, of which the machine computes two to three; sections 7 and 8 are further
+# reading, planned for 14. **Paper** Appendices "Sensitivity analysis" and "Ablation experiments", Figs. 7 and 8, of Rengarajan et al., NeurIPS 2022.
 
 # %%
-import dataclasses
-import math
-
 import matplotlib.pyplot as plt
 import numpy as np
 import torch
 
-from emrld_lite import losses, policy, train
+from emrld_lite import losses, policy
 from emrld_lite.adapt import adapt, warm_start
 from emrld_lite.classroom import checks as check
+from emrld_lite.classroom import few_seeds, own_experiment, plans
 from emrld_lite.classroom.clock import Clock
+from emrld_lite.classroom.predict import Guesses
+from emrld_lite.classroom.sketches.one_change import one_change
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.experiments import paper_figures, plotting, runs
-from emrld_lite.experiments.grid import load_grid
-from emrld_lite.experiments.intervals import AHEAD, BEHIND, shift_interval, verdict, worst_to_best
+from emrld_lite.experiments.intervals import shift_interval, verdict, worst_to_best
 from emrld_lite.experiments.results import (
     EARNED,
-    FLAT,
     late_rise,
     run_scores,
     seeds_of,
     training_scores,
 )
 from emrld_lite.experiments.studies import (
-    AS_STORED,
     CONTROL,
     SENSITIVITY_END,
     STUDY_END,
@@ -63,165 +60,270 @@ from emrld_lite.experiments.studies import (
 )
 from emrld_lite.rollout import collect
 
+# %%
 plotting.use_style()
 torch.set_num_threads(1)  # leaves the other cores to you
+guess = Guesses()
 clock = Clock(
     {
         "one change at a time": 15,
-        "without cloning, without RL": 20,
-        "how much of each": 10,
-        "the ledger as experiments": 15,
-        "your own experiment": 10,
-    }
+        "which sentence do runs carry": 14,
+        "without cloning, without RL": 22,
+        "how much of each": 7,
+        "the ledger as experiments": 12,
+        "your own experiment": 20,
+    },
+    further={"why the average changes so little": 6, "a reward made of nothing": 8},
 )
 
 # %% [markdown]
 # ## 1 · One change at a time
 #
-# An experiment has a *control*, the run with nothing changed, and *switched* runs that differ from it in one setting each. If
-# two settings change together, nobody can say which one did it.
+# An experiment has a *control*, the runs with nothing changed, and *switched* runs that differ from it in one setting. If
+# two settings change together, nobody can say which one did it: the comparison is *confounded*.
+
+# %%
+clock.at("one change at a time")
+figure = one_change()
+plt.show()
+
+# %% [markdown]
+# *Figure 1. Settings of a control and of three sets of runs (a row each); hatched is what differs from the control. In the last row two settings changed at once.*
 #
-# ### Exercise 1 · A plan
+# In a list of trainings such pairs have to be found. These nine are of the kinds that the workbook has stored or could store. A "-" marks a setting that a training does not read: MAML, training T, reads no demonstrations, so their quality makes no difference
+# to it. (Table 1 gives $w_{\mathrm{rl}} = 0.2$ with optimal and $w_{\mathrm{rl}} = 1$ with sub-optimal data. "update" is the loss of the meta-update, on its own data.)
+
+# %% tags=["list-of-trainings"]
+print(plans.table())
+print()
+for number, question in plans.QUESTIONS.items():
+    print(f"{number}. {question.text}")
+
+# %% [markdown]
+# ### Exercise 1 · Clean pairs
 #
-# *Difficulty 1 of 3, 5 minutes.* Settings are dicts. Return the control under the name `"control"`, and one run a change.
+# *Difficulty 2 of 3, planned for 10 minutes.* For each question, name the pair of trainings that answers it: they differ in what is asked for, and in nothing else. Where the list has no such pair, answer `None`, and tell your neighbour which training is missing.
 #
-# <details><summary>Hint 1: a copy with something on top</summary>
-# <code>control | change</code> is a new dict; where both have a key, the right one wins.
+# <details><summary>Hint 1: where to begin</summary>
+# Take the column that is asked for and look for two rows that differ in it. Then go along the two rows.
 # </details>
 #
-# <details><summary>Hint 2: the check says "control was changed"</summary>
-# <code>control.update(...)</code> changes the one dict that all runs share.
+# <details><summary>Hint 2: the same question has another control with other data</summary>
+# Table 1's weights depend on the data. With sub-optimal data, which training has the control's w_rl and no cloning?
 # </details>
 
 
 # %% tags=["exercise-plan"]
-def one_at_a_time(control, changes):
-    """Return {"control": settings, name: settings, ...} from settings and {name: change}."""
+def clean_pairs():
+    """Return {question: (a training, another training), or None where no pair is clean}."""
     ### BEGIN SOLUTION
-    return {"control": control} | {name: control | change for name, change in changes.items()}
-    ### END SOLUTION
-
-
-# %%
-clock.at("one change at a time")
-if check.one_at_a_time(one_at_a_time):
-    grid = load_grid(runs.SHIPPED.parent / "grids/switches.toml")
-    changes = {
-        "switch-fixed-sigma-seed0": {"learn_sigma": False},
-        "switch-exact-steps-seed0": {"step_rule": "exact"},
-        "switch-first-order-seed0": {"second_order": False},
+    return {
+        1: ("P", "Q"),
+        2: ("W", "T"),
+        3: ("R", "V"),
+        4: None,  # X has a fixed sigma as well
+        5: ("P", "S"),
     }
-    stored_control = {"algorithm": "emrld-ws", **AS_STORED}
-    for name, settings in one_at_a_time(stored_control, changes).items():
-        if name != "control":
-            assert TrainConfig(**settings) == grid[name]
-    print(
-        "Your plan equals that of data/grids/switches.toml, from which the stored runs were made."
-    )
-
-# %% [markdown]
-# **Seed by seed.** Runs of the same seed start from the same network and get the same draws, for as long as they do the same. So we compare a switched run with
-# the control *of its seed*.
-#
-# ### Exercise 2 · Differences by seed
-#
-# *Difficulty 1 of 3, 5 minutes.* You get two dicts, seed to return. Return switched less control for every seed that both have.
-#
-# <details><summary>Hint 1: the common keys</summary>
-# <code>control.keys() &amp; switched.keys()</code>
-# </details>
-#
-# <details><summary>Hint 2: the check says "paired by position"</summary>
-# The dicts may come in any order: look values up by seed, never zip them.
-# </details>
-
-
-# %% tags=["exercise-differences"]
-def seed_differences(control, switched):
-    """Return {seed: difference} of two dicts seed -> return."""
-    ### BEGIN SOLUTION
-    return {seed: switched[seed] - control[seed] for seed in control.keys() & switched.keys()}
     ### END SOLUTION
 
 
 # %%
-if check.seed_differences(seed_differences):
-    sides = []
-    for name in ("emrld", "emrld-ws"):
-        seeds = seeds_of(runs.SHIPPED, f"point2d-optimal-{name}")
-        sides.append({run.name[-1]: float(run_scores([run], 1)[0]) for run in seeds})
-    differences = seed_differences(*sides)
-    assert min(differences.values()) < 0 < max(differences.values())
-    told = ", ".join(f"seed {seed}: {gap:+.1f}" for seed, gap in sorted(differences.items()))
-    print(f"EMRLD-WS less EMRLD on Point2D, {told}")
+pairs_right = check.clean_pairs(clean_pairs)
 
 # %% [markdown]
-# Pairing helps as long as two runs do alike. A switch changes the first update already, and here the differences do not even agree in sign. So below we do not pair: we take the interval of notebook 07, which inverts a rank-sum test and calls two equal settings "ahead" with at most 5 %, "behind" likewise. Where it holds zero, read its ends: they say which loss and which gain the runs exclude.
+# <details><summary>When it is right: three traps of real papers</summary>
 #
-# ## 2 · Without cloning, without RL (Fig. 8)
+# **Question 1.** MAML (T) has no cloning either, and is the control that everybody has at hand. With optimal data its $w_{\mathrm{rl}}$ is 1 where EMRLD's is 0.2: two changes. With sub-optimal data (question 2) both have 1, and the same pair is clean.
 #
-# EMRLD adapts on $w_{\mathrm{rl}} \mathcal L^{\mathrm{RL}} + w_{\mathrm{bc}} \mathcal L^{\mathrm{BC}}$. **Predict first:** what does it lose without the second loss, and what without the
-# first? The paper: "setting $w_{\mathrm{bc}} = 0$ hampers the performance to a greater extent [...]. We also observe that setting $w_{\mathrm{rl}} = 0$ hampers the performance,
-# as the agent is unable to exploit the RL structure of the problem".
+# **Question 3.** "EMRLD without RL in its adaptation against Meta-BC" (R and U) is meant to show that RL in the *meta-update* matters. It changes the loss, the optimiser and the number of iterations at once. Training V, which clones by TRPO, isolates the loss.
+#
+# **Question 4.** Somebody fixed sigma in X for a good reason, and forgot the control. The missing training is EMRLD-WS on sub-optimal data with a learned sigma (or EMRLD with a fixed one).
+#
+# </details>
+#
+# **Pairing by seed?** Runs of the same seed start from the same network, so one might compare seed by seed. This helps as long as two runs do alike. But a switch changes the first update already, the digits part, and what is left of the common seed is its first policy. So below we do not pair: we take the rank interval of notebook 07.
+#
+# ## 2 · Which sentence do runs carry?
+#
+# The rank interval of a difference calls two equal settings "ahead" with an error of at most 5 %, "behind" likewise. In an ablation most differences are "not distinguishable", and then a paper likes to write "this part does not matter". Do its runs carry that sentence? Decide *before you look* which loss would
+# matter; on Point2D, where about 80 points can be had, 5 points say. Then there are two questions about the interval of switched less control: is a loss *shown*? And is a loss that matters *excluded*?
 
-
-# %% tags=["figure-8"]
-clock.at("without cloning, without RL")
-figure = paper_figures.ablation(runs.SHIPPED)
+# %%
+clock.at("which sentence do runs carry")
+figure = plans.four_cases(worth=5.0)
 plt.show()
 
 # %% [markdown]
-# *Figure 1 (the paper's Fig. 8). EMRLD on Point2D, whole, without cloning and without RL in its adaptation. Means over the seeds; bands from the lowest seed to the highest.*
+# *Figure 2. Four made-up intervals of a difference, switched less control. Shaded: losses of 5 points or more, which were said to matter. Look at both ends of each interval.*
+#
+# **Predict first.** In which of the four cases may one write "leaving this part out costs nothing that matters"?
+
+# %%
+guess.ask("case", "that sentence is carried in", ["case 1", "case 2", "case 3", "cases 1 and 3"])
+
+# %% [markdown]
+# ### Exercise 2 · From an interval to a sentence
+#
+# *Difficulty 1 of 3, planned for 8 minutes.* `rule(one, other)` returns the interval of by how much `one` exceeds `other`, with the fields `estimate`, `low` and `high`. Return one of these four sentences:
+#
+# | sentence | is a loss shown? | is a loss of `worth` or more excluded? |
+# |:---|:---|:---|
+# | `"a small loss"` | yes | yes |
+# | `"a loss"` | yes | no |
+# | `"no loss that matters"` | no | yes |
+# | `"cannot say"` | no | no |
+#
+# Your function judges every ablation below.
+#
+# <details><summary>Hint 1: which end says what?</summary>
+# Losses are negative differences. Draw an interval for each row of the table; which end must lie on which side of what?
+# </details>
+#
+# <details><summary>Hint 2: worth is positive</summary>
+# A loss of 5 is a difference of minus 5.
+# </details>
 
 
-# %% tags=["ablation-verdicts"]
-def against_control(studied, end, control):
-    """Print and return each run's late return and its difference to the control's."""
+# %% tags=["exercise-sentence"]
+def which_sentence(rule, switched, control, worth):
+    """Return the sentence that the scores, (run,) each, carry about a loss of the switched runs."""
+    ### BEGIN SOLUTION
+    difference = rule(switched, control)
+    excluded = difference.low > -worth
+    if difference.high < 0:
+        return "a small loss" if excluded else "a loss"
+    return "no loss that matters" if excluded else "cannot say"
+    ### END SOLUTION
+
+
+# %%
+sentence_right = check.which_sentence(which_sentence)
+sentence = which_sentence if sentence_right else plans.which_sentence  # until yours is right
+
+# %% tags=["four-cases", "reveal"]
+for number, ends in plans.CASES.items():
+    said = sentence(plans.case_rule(number), np.zeros(5), np.ones(5), 5.0)
+    print(f"case {number}: [{ends[0]:5.1f}, {ends[1]:5.1f}]   {said}")
+guess.reveal("case", "case 1 alone")
+
+# %% [markdown] tags=["reveal"]
+# Cases 1 and 3 are both "not distinguishable". In case 1 the runs exclude every loss that matters: they carry a sentence. In case 3 they are merely too few, or too far apart: absence of evidence. Case 4 is the reverse: a loss is shown, and it is a small one, which with enough seeds every
+# switch will have.
+
+# %% [markdown]
+# ## 3 · Without cloning, without RL (Fig. 8)
+#
+# EMRLD adapts on $w_{\mathrm{rl}} \mathcal L^{\mathrm{RL}} + w_{\mathrm{bc}} \mathcal L^{\mathrm{BC}}$. The paper: "setting $w_{\mathrm{bc}} = 0$ hampers the performance to a greater extent [...]. We also observe that setting $w_{\mathrm{rl}} = 0$ hampers the performance,
+# as the agent is unable to exploit the RL structure of the problem".
+#
+# **Predict first.** EMRLD ends at a return of about 75 on Point2D. What is left without cloning, and what without RL in the adaptation?
+
+# %%
+clock.at("without cloning, without RL")
+guess.ask("w_bc", "left without cloning")
+guess.ask("w_rl", "left without RL in the adaptation")
+
+# %% tags=["figure-8", "reveal"]
+figure = paper_figures.ablation(runs.SHIPPED)
+plt.show()
+
+# %% [markdown] tags=["reveal"]
+# *Figure 3 (the paper's Fig. 8). EMRLD on Point2D, whole, without cloning and without RL in its adaptation. Means over the seeds; bands from the lowest seed to the highest. Look at which of the two curves falls away.*
+
+# %%
+WORTH = 0.05  # of the demonstrations' return: a loss that matters. Decide before you look
+
+
+def against_control(studied, end, control, worth):
+    """Print and return each set of runs: late return, difference to the control, and the sentence."""
     scores = {name: training_scores(seeds, end) for name, seeds in studied.items()}
-    gaps = {}
     for name, table in scores.items():
         line = f"{name:>12}: {worst_to_best(table):5.1f}"
         if name != control:
-            gaps[name] = shift_interval(table, scores[control])
-            line += f"   difference {gaps[name]:+5.1f}   {verdict(gaps[name])}"
+            gap = shift_interval(table, scores[control])
+            line += f"   {gap:+5.1f}   {sentence(shift_interval, table, scores[control], worth)}"
         print(line)
-    return gaps
+    return scores
 
 
-ablation = {}
+# %% tags=["ablation-verdicts", "reveal"]
+left = {}
 for quality in ("optimal", "suboptimal"):
-    print(f"{quality} data, iterations {STUDY_END - 9} to {STUDY_END}")
-    ablation[quality] = against_control(ablation_runs(runs.SHIPPED, quality), STUDY_END, "EMRLD")
-    assert (
-        verdict(ablation[quality]["w_bc = 0"]) == BEHIND != verdict(ablation[quality]["w_rl = 0"])
-    )
+    print(f"{quality} data, iterations {STUDY_END - 9} to {STUDY_END}: return, less the control's")
+    studied = ablation_runs(runs.SHIPPED, quality)
+    left[quality] = against_control(studied, STUDY_END, "EMRLD", WORTH * EARNED["point2d"])
+told = "{:.1f} with optimal data, {:.1f} with sub-optimal"
+ends = {
+    part: [scores[part].mean() for scores in left.values()] for part in ("w_bc = 0", "w_rl = 0")
+}
+guess.reveal("w_bc", told.format(*ends["w_bc = 0"]))
+guess.reveal("w_rl", told.format(*ends["w_rl = 0"]))
 
-# %% [markdown]
+# %% [markdown] tags=["reveal"]
 # **Measured.** Half of the sentence holds. Without cloning 4.0 are left of 74.4 with optimal data, and 8.4 of 76.8 with sub-optimal. Without RL
 # in its adaptation EMRLD ends at 76.0 and 77.6: no difference that can be distinguished, and a loss of more than 2.1 with optimal data, or 0.7 with sub-optimal, is excluded.
-#
-# **Why?** Look at what the RL loss gets to see. EMRLD's trajectories to adapt on come from the *unadapted* policy.
 
-# %% tags=["nothing-to-see", "nbval-ignore-output"]
+# %% [markdown]
+# Whatever the numbers, there is a case in which $w_{\mathrm{rl}}$ *cannot* matter, and you can prove it.
+#
+# ### Exercise 3 · Where RL in the adaptation can do nothing (pen and paper)
+#
+# *Difficulty 2 of 3, planned for 6 minutes.* Suppose that no episode of $\mathcal D^{\mathrm{tr}}_i$ has seen a reward.
+#
+# 1. Show that $\theta_{k,i}$ is then the same for every $w_{\mathrm{rl}}$.
+# 2. Does that make the *meta-gradient* of this task the same, too?
+# 3. Can two trainings, with $w_{\mathrm{rl}} = 0$ and $w_{\mathrm{rl}} = 1$, then ever part?
+# 4. The released code pays $10^{-5}$ for every step without reward. What becomes of your proof?
+#
+# <details><summary>Hint 1: from the rewards to the gradient</summary>
+# Notebook 02 has the chain: rewards, returns, baseline, advantages, gradient. Which of them are zero?
+# </details>
+#
+# <details><summary>Hint 2: second derivatives</summary>
+# The meta-gradient holds the derivative of the adaptation's gradient by theta. What is the derivative of a function that is zero for every theta, on given data?
+# </details>
+#
+# <details><summary>Full solution</summary>
+#
+# 1. All rewards are zero, so all returns are, the fitted baseline is, and all advantages $\hat A$ are (to scale zeros to deviation 1 leaves zeros). So $\mathcal L^{\mathrm{RL}}_i(\theta; \mathcal D^{\mathrm{tr}}_i) = -\operatorname{mean}(\log \pi_\theta \cdot 0) = 0$
+# for *every* $\theta$, and $w_{\mathrm{rl}}$ multiplies zero: $\theta_{k,i} = \theta_k - \alpha\, w_{\mathrm{bc}} \nabla \mathcal L^{\mathrm{BC}}_i$.
+# 2. Yes. A loss that is zero for every $\theta$ has no first derivative and no second: neither the step nor its Jacobian knows $w_{\mathrm{rl}}$.
+# 3. Only from the first iteration on in which some task sees a reward in $\mathcal D^{\mathrm{tr}}$. Until then both draw the same episodes and make the same updates, digit for digit. And where a policy sees no reward before it adapts in *any* iteration, they never part.
+# 4. It breaks at "all returns are zero". A constant reward teaches nothing, but what the baseline leaves of it is scaled up to deviation 1: a gradient out of rounding (section 8 measures it).
+#
+# </details>
+#
+# So the question is what $\mathcal D^{\mathrm{tr}}$ gets to see. **Predict first.** In what share of the episodes on which it adapts does a *trained* EMRLD see a reward? And EMRLD-WS, whose episodes come after the warm start?
+
+# %%
+guess.ask("seen", "rewarded episodes of D^tr (%): EMRLD, and EMRLD-WS")
+
+# %% tags=["nothing-to-see", "nbval-ignore-output", "reveal"]
 demos = load_demonstrations("optimal", "point2d")
 shares = {}
 for name in ("emrld", "emrld-ws"):
     run = runs.load_run(seeds_of(runs.SHIPPED, f"point2d-optimal-{name}")[0])
-    rule, draws = run.config.adaptation("optimal"), torch.Generator().manual_seed(0)
-    start = warm_start(run.meta_params, demos, rule)
+    usual, draws = run.config.adaptation("optimal"), torch.Generator().manual_seed(0)
+    start = warm_start(run.meta_params, demos, usual)
     trial = collect(run.config.environment(), demos.tasks, start, 20, draws)
     shares[name] = float((trial.rewards.sum(-1) > 0).float().mean())
-    print(f"{plotting.label(name):9}: {shares[name]:.0%} of the episodes it adapts on are rewarded")
-assert shares["emrld"] < 0.02 and shares["emrld-ws"] > 0.5
+assert shares["emrld"] < shares["emrld-ws"]
+guess.reveal("seen", f"{shares['emrld']:.0%}, and {shares['emrld-ws']:.0%}")
+
+# %% [markdown] tags=["reveal"]
+# A trained EMRLD on Point2D has learned to *wait*: without a demonstration it goes nowhere near a goal and sees no reward. By your proof $w_{\mathrm{rl}}$ then multiplies nothing. That explains EMRLD on Point2D, and no more: EMRLD-WS sees a reward in most
+# episodes, so for it the RL loss has plenty to say.
 
 # %% [markdown]
-# A trained EMRLD on Point2D has learned to *wait*: without a demonstration it goes nowhere near a goal, sees no reward, and its RL gradient is
-# zero. There $w_{\mathrm{rl}}$ multiplies nothing. That explains EMRLD on Point2D, and no more: EMRLD-WS, with its warm start, sees a reward in nearly every episode, so for it the RL loss has plenty
-# to say. So we asked the paper's question again where it can have another answer: for EMRLD-WS, and
-# on TwoWheeled's sub-optimal data, which lack their beginning, and on HalfCheetah's. Beside each difference stands how much both curves still rise, by the rule of notebook 07: a comparison of two curves that climb is one at a budget.
+# So we ask the paper's question again where it can have another answer: for EMRLD-WS, on TwoWheeled's sub-optimal data, which lack their beginning, and on HalfCheetah's. Beside each sentence stands how much both curves still rise, by the rule of notebook 07: a comparison of two curves that climb is one at a budget.
+#
+# **Predict first.** Leave RL out of the adaptation in five other settings. In how many is a loss shown?
 
-# %% tags=["without-rl-elsewhere"]
-elsewhere = {}
+# %%
+guess.ask("elsewhere", "of five settings, a loss is shown in")
+
+# %% tags=["without-rl-elsewhere", "reveal"]
+shown = 0
 for env, quality, name, end in (
     ("point2d", "optimal", "emrld-ws", STUDY_END),
     ("point2d", "suboptimal", "emrld-ws", STUDY_END),
@@ -229,17 +331,17 @@ for env, quality, name, end in (
     ("two_wheeled", "suboptimal", "emrld-ws", STUDY_END),
     ("half_cheetah", "suboptimal", "emrld", 250),
 ):
-    control = seeds_of(runs.SHIPPED, f"{env}-{quality}-{name}")
+    whole = seeds_of(runs.SHIPPED, f"{env}-{quality}-{name}")
     without = seeds_of(runs.SHIPPED, f"ablation-{env}-{quality}-{name}-w_rl0.0")
-    gap = shift_interval(training_scores(without, end), training_scores(control, end))
-    elsewhere[env, quality, name] = gap
-    rises = [late_rise(seeds, EARNED[env]) for seeds in (without, control)]
-    print(f"{env:13}{quality:11}{plotting.label(name):9}w_rl = 0: {gap:+6.1f}   ", end="")
-    print(f"{verdict(gap):20}rises {rises[0]:6.1%} and {rises[1]:5.1%}")
-    assert verdict(gap) != BEHIND
-    assert (max(rises) > FLAT) == (env == "half_cheetah")
+    sides = [training_scores(seeds, end) for seeds in (without, whole)]
+    said = sentence(shift_interval, *sides, WORTH * EARNED[env])
+    shown += shift_interval(*sides).high < 0
+    rises = [late_rise(seeds, EARNED[env]) for seeds in (without, whole)]
+    print(f"{env:13}{quality:11}{plotting.label(name):9}", end="")
+    print(f"{shift_interval(*sides):+6.1f}   {said:21}rises {rises[0]:6.1%} and {rises[1]:5.1%}")
+guess.reveal("elsewhere", f"{shown}")
 
-# %% [markdown]
+# %% [markdown] tags=["reveal"]
 # **Measured.** Nowhere does leaving RL out cost anything that could be distinguished. The five differences are 0.7, 0.7, -0.3, 3.5 and 21.7. The first four come with small intervals: a loss of more than 1.2, 0.0, 2.9 and 1.5 is excluded, and in the
 # second one leaving RL out is even ahead, by at most 1.8. The fifth, on HalfCheetah, excludes little: a loss of up to 18.4 remains possible, and neither curve is flat.
 #
@@ -247,52 +349,61 @@ for env, quality, name, end in (
 # paper's is a sum, which makes the cloning step about twenty times longer; our sub-optimal demonstrations still point at the goal; the curves have 150 iterations; and all twenty episodes count, where the released code keeps the first twenty to
 # finish out of thirty, and so favours those that saw a reward. Until these have been tried, "not reproduced" holds for the setting of this workbook.
 #
-# Is then all RL useless in EMRLD? EMRLD with $w_{\mathrm{rl}} = 0$ and cloning in place of RL in the **meta-update** is Meta-BC, which fails (notebook 07). But that comparison changes three things at once, the meta-update's loss, its data, and its optimiser, Adam
-# without a bound in place of TRPO; a cloning meta-update by TRPO is not among these runs. What they do say: with one adaptation step and twenty episodes, the demonstration tells the adaptation where to go, and the meta-update, by RL on the
+# Is then all RL useless in EMRLD? By question 3 of your plan, Meta-BC against EMRLD without RL cannot say: it changes three things. What the runs do say: with one adaptation step and twenty episodes, the demonstration tells the adaptation where to go, and the meta-update, by RL on the
 # adapted policies, makes following it pay. A task in which the demonstration leaves more open, or more adaptation steps, may
 # say otherwise; nothing in Theorem 1 says that the RL term helps either (notebook 04).
-#
-# ## 3 · How much of each (Fig. 7)
+
+# %% [markdown]
+# ## 4 · How much of each (Fig. 7)
 #
 # The paper varies each weight from 0.2 to 1 with the other at 1, and finds the algorithms "fairly robust", "slightly more sensitive to
-# $w_{\mathrm{bc}}$ variation than $w_{\mathrm{rl}}$ variation". **Predict first**, after section 2: which weight moves EMRLD?
+# $w_{\mathrm{bc}}$ variation than $w_{\mathrm{rl}}$ variation".
+#
+# **Predict first**, after section 3: by which weight, and in which number, will EMRLD's curves differ most?
 
-# %% tags=["figure-7"]
+# %%
 clock.at("how much of each")
+options = ["w_rl, final return", "w_bc, final return", "w_rl, speed", "w_bc, speed"]
+guess.ask("moves", "the clearest difference is by", options)
+
+# %% tags=["figure-7", "reveal"]
 figure = paper_figures.sensitivity(runs.SHIPPED)
 plt.show()
 
-# %% [markdown]
-# *Figure 2 (the paper's Fig. 7). Left: $w_{\mathrm{rl}}$ varied. Right: $w_{\mathrm{bc}}$ varied. The darker the line, the larger the weight. Point2D, optimal data, a hundred iterations; means over the stored
-# seeds.*
+# %% [markdown] tags=["reveal"]
+# *Figure 4 (the paper's Fig. 7). Left: $w_{\mathrm{rl}}$ varied. Right: $w_{\mathrm{bc}}$ varied. The darker the line, the larger the weight. Point2D, optimal data; means over the stored
+# seeds, bands from the lowest to the highest. Compare how far the lines of a panel lie apart at the end with how wide the bands of a single line are.*
 
-# %% tags=["sensitivity-verdicts"]
-halfway = {}
+# %% tags=["sensitivity-verdicts", "reveal"]
+spans, halfway = {}, {}
 for name in ("emrld", "emrld-ws"):
     for varied in ("w_rl", "w_bc"):
         panel = sensitivity_runs(runs.SHIPPED, name, varied)
         late = [training_scores(seeds, SENSITIVITY_END).mean() for seeds in panel.values()]
         for value, seeds in panel.items():
-            curves = np.array(
-                [[r.return_after for r in runs.load_run(s).curve[:100]] for s in seeds]
-            )
-            halfway[name, varied, value] = int(np.argmax(curves.mean(0) > 35))
+            curves = [runs.load_curve(run / "curve.csv")[:SENSITIVITY_END] for run in seeds]
+            mean = np.mean([[row.return_after for row in curve] for curve in curves], axis=0)
+            halfway[name, varied, value] = int(np.argmax(mean > 35)) if mean.max() > 35 else None
+        passed = [halfway[name, varied, value] for value in panel]
+        spans[name, varied] = max(late) - min(late)
         print(f"{plotting.label(name):9}{varied} = 0.2 to 1: late return", end="")
-        print(
-            "".join(f"{mean:6.1f}" for mean in late), f"  span {max(late) - min(late):4.1f}", end=""
-        )
-        print("  past 35 at", [halfway[name, varied, value] for value in panel])
+        print("".join(f"{one:6.1f}" for one in late), f"  span {spans[name, varied]:4.1f}", end="")
+        print("  past 35 at", passed)
+slow, fast = (halfway["emrld", "w_bc", value] for value in (0.2, 1.0))
+told = f"w_bc moves the end by {spans['emrld', 'w_bc']:.1f}, w_rl by {spans['emrld', 'w_rl']:.1f}"
+guess.reveal("moves", f"{told}; past 35 at {slow} with w_bc = 0.2, at {fast} with 1")
 
-# %% [markdown]
+# %% [markdown] tags=["reveal"]
 # **Measured.** *Robust* holds. Over its five values $w_{\mathrm{rl}}$ moves EMRLD's late return by 2.9 and $w_{\mathrm{bc}}$ by 6.7; EMRLD-WS's by 3.1 and 5.6. So does the paper's order, but
 # three seeds with both weights at 1 differ by 10.9 in EMRLD and 10.0 in EMRLD-WS, so the late return alone cannot say. The *speed* can: with $w_{\mathrm{bc}}$ at 1 EMRLD
 # passes a mean return of 35 at iteration 20, with 0.2 at iteration 53; over all values of $w_{\mathrm{rl}}$ it does so between iterations 20 and 28.
 # A weaker hint from the demonstration teaches more slowly, and in the end no worse.
-#
-# ## 4 · The ledger as experiments
+
+# %% [markdown]
+# ## 5 · The ledger as experiments
 #
 # Paper and released code disagree in places (`data/paper_ledger.toml`), and many of these places are a switch here. Eight switches were run, from EMRLD-WS on Point2D with optimal data. Three disagreements were not: the first twenty episodes to finish out of
-# thirty, the network's start (notebook 06 shows that it takes MAML from a return of about 8 to less than 1), and the size of the KL bound.
+# thirty, the network's start (notebook 06 shows what it does to MAML), and the size of the KL bound.
 #
 # | switch | what it changes | who does it |
 # |---|---|---|
@@ -305,98 +416,210 @@ for name in ("emrld", "emrld-ws"):
 # | reward of 1e-5 elsewhere | what a step without reward earns | released code |
 # | advantages not normalised | their scale is left as it is | neither |
 #
-# **Predict first.** Put a number from 0 to 80 beside each: the return on unseen goals.
+# **Predict first.** Which switch costs most return on unseen goals? And for how many of the eight will the runs carry "no loss that matters"?
 
-# %% tags=["switches"]
+# %%
 clock.at("the ledger as experiments")
+guess.ask("costs", "the switch that costs most")
+guess.ask("carried", "how many of eight: no loss that matters")
+
+# %% tags=["switches", "reveal"]
 figure = paper_figures.switches(runs.SHIPPED)
 plt.show()
 
-# %% [markdown]
-# *Figure 3. EMRLD-WS on Point2D, each switch of the ledger by itself: mean return on twenty unseen goals (diamond), from the
-# worst seed to the best (line), and each seed (dots). Grey: the control's range.*
+# %% [markdown] tags=["reveal"]
+# *Figure 5. EMRLD-WS on Point2D, each switch of the ledger by itself: mean return on twenty unseen goals (diamond), from the
+# worst seed to the best (line), and each seed (dots). Grey: the control's range, which is wide, too.*
 
 
-# %% tags=["switch-verdicts"]
+# %% tags=["switch-verdicts", "reveal"]
 def iterations_to_70(run):
     """Return after how many meta-iterations a stored run first returns 70 or more, None if never."""
     curve = runs.load_curve(run / "curve.csv")
     return next((row.iteration + 1 for row in curve if row.return_after >= 70), None)
 
 
-assert (demos.lengths() == 21).all()  # by which a sum is longer than a mean
 studied = switch_runs(runs.SHIPPED)
-control = run_scores(studied[CONTROL], 1)
-MATTER = ("first-order meta-gradient", "cloning loss summed")
-print(f"{'':38}{'return, less control':>27}{'':22}{'spread':>7}   iterations to 70, by seed")
+usual, worth = run_scores(studied[CONTROL], 1), WORTH * EARNED["point2d"]
+told = {}
+print(f"{'':38}{'return, less control':>27}{'':23}{'spread':>7}   iterations to 70, by seed")
 for name, seeds in studied.items():
     scores = run_scores(seeds, 1)
-    gap = shift_interval(scores, control)
-    told = f"{gap:+7.1f}   {verdict(gap):20}" if name != CONTROL else f"{'':50}"
+    line = ""
+    if name != CONTROL:
+        told[name] = (scores.mean(), sentence(shift_interval, scores, usual, worth))
+        line = f"{shift_interval(scores, usual):+7.1f}   {told[name][1]}"
     waits = "".join(f"{iterations_to_70(run) or 'never':>7}" for run in seeds)
-    print(f"{name:38}{told:50}{np.ptp(scores):6.1f}  {waits}")
-    assert verdict(gap) != AHEAD and (verdict(gap) == BEHIND) == (name in MATTER)
+    print(f"{name:38}{line:50}{np.ptp(scores):6.1f}  {waits}")
+guess.reveal("costs", min(told, key=lambda name: told[name][0]))
+carried = sum(said == plans.NO_LOSS for _, said in told.values())
+guess.reveal("carried", f"{carried} of {len(told)}")
 
-# %% [markdown]
+# %% [markdown] tags=["reveal"]
 # **Measured.** Two switches cost return. Of the control's 75.6, a first-order meta-gradient leaves 15.5 and a summed cloning loss 43.0, and neither reaches a return of 70 with any seed. No other switch can be
 # distinguished from the control by its return, but little is excluded either: the control's own seeds are 10.5 apart, so that a switch may cost up to 18.7 (advantages not normalised) without being told apart. The final return is not the only score. With sigma fixed at 1 the seeds lie 0.4 apart and reach 70 after 36 to 50 iterations, with exact steps 2.0 and 38 to 55, with the averaged log-density 0.2 and 50 to 66; the control takes 47 to 96. In none of the three are
 # *all* seeds quicker than every seed of the control, so by ranks none is "ahead"; more seeds may well find them so.
 #
 # - **First order** drops the message "be a policy whose gradient is useful" (notebook 06), which is all that a meta-policy has to learn here.
-# - **The sum** makes the cloning step as many times longer as a recording has steps, twenty-one; $\alpha$ was chosen for the mean. So this is less a matter of
+# - **The sum** makes the cloning step as many times longer as a demonstration has steps, about twenty; $\alpha$ was chosen for the mean. So this is less a matter of
 #   sum or mean than of the step's length.
 # - The **aliased conjugate gradient** solves its equation badly (notebook 05), and TRPO does not mind: the line search checks whatever direction it gets.
+
+# %% [markdown]
+# **Bonus, for the fast.** With the control's spread over seeds, how many seeds would this study have needed to see a loss of 5 points four times in five? Notebook 07's `seeds_needed` is here as `few_seeds.seeds_needed`.
 #
-# ### Why the average changes so little
+# <details><summary>How to ask</summary>
 #
-# The released code averages the log-density over the action's dimensions. Write it, and see what that does to a gradient.
+# <pre>
+# spread = usual.std(ddof=1)
+# few_seeds.seeds_needed(shift_interval, 5.0, spread, 0.8, np.random.default_rng(0))
+# </pre>
 #
-# ### Exercise 3 · The averaged log-density
+# A standard deviation from a handful of seeds is itself a guess: ask for half and for twice the spread as well. If the answer is larger than the number of seeds that you can afford, "cannot say" was to be expected before the first run was started.
 #
-# *Difficulty 1 of 3, 5 minutes.* For each dimension, $-\tfrac12 \big(\tfrac{a - \mu}{\sigma}\big)^2 - \log \sigma - \tfrac12 \log 2\pi$; then the mean over the last axis.
+# </details>
 #
-# <details><summary>Hint: shapes</summary>
-# <code>mean</code> and <code>action</code> are (..., dim), <code>sigma</code> is (dim,): they broadcast. <code>.mean(-1)</code> takes the last axis.
+# ## 6 · Your own experiment
+#
+# Design an ablation that runs live, in about two minutes: one **switch** (any setting of `TrainConfig`: `python -m emrld_lite train --help` lists them), the **seeds**, the number of **iterations**, and what you **expect**. The control is EMRLD-WS on Point2D with optimal
+# data and today's defaults; both sides get the same seeds. The score of a training is its mean return after adaptation over the last five iterations.
+#
+# ### Exercise 4 · Design it, predict it, judge it
+#
+# *Difficulty 3 of 3, planned for 15 minutes.* The check looks at your design before the machine spends two minutes on it: one setting that differs from the control, at least three seeds, 10 to 60 iterations, and no more than 240 iterations of all trainings together. You decide how to spend them: more seeds say more surely
+# what shorter trainings do.
+#
+# Ideas: `{"w_bc": 0.1}`, `{"adapt_lr": 0.02}`, `{"discount": 0.8}`, `{"episodes": 5}`, `{"second_order": False}`, `{"meta_momentum": 0.0}`, `{"network_start": "xavier"}`.
+#
+# <details><summary>Hint 1: seeds or iterations?</summary>
+# Trainings of EMRLD-WS rise between iterations 10 and 40, each seed at another time (notebook 06). What does that do to the spread of a score that is taken in the middle of the rise?
+# </details>
+#
+# <details><summary>Hint 2: my expectation came true and the verdict is "not distinguishable"</summary>
+# Look at Figure 6 and at the interval. How often would this experiment have said "behind" if you are right? Notebook 07 can tell.
 # </details>
 
+# %%
+clock.at("your own experiment")
 
-# %% tags=["exercise-averaged"]
-def averaged_log_density(mean, sigma, action):
-    """Return the mean over dimensions of a Gaussian's log-densities, (...)."""
+
+# %% tags=["exercise-own"]
+def design():
+    """Return the design of an experiment: switch, expected, seeds, iterations."""
     ### BEGIN SOLUTION
-    each = -0.5 * ((action - mean) / sigma) ** 2 - sigma.log() - 0.5 * math.log(2 * math.pi)
-    return each.mean(-1)
+    return {
+        "switch": {"bc_reduction": "sum"},
+        "expected": "lower",  # or "higher", or "no different"
+        "seeds": (0, 1, 2),
+        "iterations": 25,
+    }
     ### END SOLUTION
 
 
-# %% tags=["half-a-rate"]
-fresh = policy.initialise(2, 2, seed=0)
-if check.averaged_log_density(averaged_log_density):
-    theta = policy.to_vector(fresh).requires_grad_()
-    one = demos.take(slice(0, 1))
-    gaussian = policy.distribution(policy.from_vector(theta, fresh), one.states)
-    averaged = averaged_log_density(gaussian.mean, gaussian.log_sigma.exp(), one.actions)
-    loss = -(averaged * one.mask).sum() / one.mask.sum()
-    (half,) = torch.autograd.grad(loss, theta)
-    (whole,) = torch.autograd.grad(losses.bc_loss(policy.from_vector(theta, fresh), one)[0], theta)
-    assert torch.allclose(2 * half, whole, atol=1e-5)
-    ratio = float(half.norm() / whole.norm())
-    print(
-        f"length of the averaged loss's gradient, in two dimensions: {ratio:.4f} of the joint one's"
-    )
+# %%
+design_right = check.own_experiment(design)
+chosen = design() if design_right else own_experiment.EXAMPLE  # until yours is right
+
+# %% tags=["your-experiment", "nbval-ignore-output"]
+curves = {"control": [], "switched": []}
+settings = chosen["switch"], tuple(chosen["seeds"]), int(chosen["iterations"])
+for side, curve in own_experiment.live_curves(*settings):
+    curves[side].append(curve)
+    print(f"{side:9} training {len(curves[side])}: return {curve[-1]:5.1f} at the end")
+curves = {side: np.array(table) for side, table in curves.items()}  # (seed, iteration)
+
+# %% tags=["your-verdict", "nbval-ignore-output"]
+figure = own_experiment.draw_own_curves(curves)
+plt.show()
+scores = {side: table[:, -own_experiment.LAST :].mean(1) for side, table in curves.items()}
+gap = shift_interval(scores["switched"], scores["control"])
+print(f"{chosen['switch']}, less control: {gap:+.1f}   {verdict(gap)}")
+said = sentence(shift_interval, scores["switched"], scores["control"], 5.0)
+print(f"You expected: {chosen['expected']}")
+print(f"It is:        {said}, where a loss of 5 would matter")
 
 # %% [markdown]
-# So in Table 1 the same $\alpha = 0.01$ means two things, by a factor of the action's dimension. The stored runs of this switch simply have $\alpha = 0.005$. (TRPO's own step keeps
-# its length, which the KL bound sets.) The return on unseen goals cannot tell them apart, and of three seeds two are quicker to 70 with the average
-# and one is slower. `train` averages by default now, as the released code does (the ledger's row
-# `log-density` has what seven seeds took); the stored runs of this notebook were made before, with the joint one.
+# *Figure 6. Your switched trainings (dashed) and their controls (solid), live: thin lines are seeds, thick ones their means. Look at how far the seeds of one side lie apart before you look at the difference of the thick lines.*
 #
-# ### A reward made of nothing
+# If the verdict is "not distinguishable", ask what your design could have seen: with the gap and the spread that you measured, how many seeds would have been needed?
+
+# %% tags=["your-power", "nbval-ignore-output"]
+spread = float(np.mean([table.std(ddof=1) for table in scores.values()]))
+size = abs(float(scores["switched"].mean() - scores["control"].mean()))
+needed = few_seeds.seeds_needed(shift_interval, size, spread, 0.8, np.random.default_rng(0))
+print(
+    f"gap {size:.1f}, spread over seeds {spread:.1f}, yours: {len(scores['control'])} seeds of each side"
+)
+print(f"to see such a gap four times in five: {needed or 'more than 20'} seeds of each side")
+
+# %% [markdown]
+# A live experiment of two minutes is a hint, not a result. To make it one, put your switch into a grid file with as many seeds as you need (and a control with the same ones), let `python -m emrld_lite sweep GRID --out FOLDER` run
+# overnight, and judge it as in section 5.
+#
+# ## What matters, and what does not
+#
+# Before you unfold it: write your own line for each part of EMRLD, with the sentence that the runs carry.
+
+# %% [markdown] tags=["reveal"]
+# | part | verdict on Point2D | where else it was asked |
+# |---|---|---|
+# | cloning in the adaptation | **indispensable** | MAML is far behind in three environments, and not with changing dynamics (notebook 07) |
+# | RL in the adaptation | no loss found; section 3 says which is excluded | TwoWheeled: the same; HalfCheetah: a loss remains possible |
+# | RL in the meta-update | Meta-BC lacks it and fails, but differs in its optimiser and data as well | three environments (notebook 07) |
+# | the warm start | not distinguishable at the end (notebook 07) | three environments |
+# | the meta-gradient's second order | **indispensable** | – |
+# | the mean, not the sum, in the cloning loss | **matters**: it sets the length of the step | – |
+# | sigma learned or fixed, exact or shorter steps, the log-density's mean or sum | return not distinguishable; perhaps quicker | – |
+# | aliased conjugate gradient, reward of 1e-5, no normalisation | not distinguishable | – |
+#
+# These are verdicts on one algorithm and one environment. Elsewhere the same switch can matter: the released code's start of the network, which EMRLD was not tried with, takes most of its little return from MAML (notebook 06).
+
+# %% [markdown]
+# ## What was shown
+#
+# - An ablation changes one thing and names its control. The pair that everybody has at hand is often not the clean one.
+# - "Not distinguishable" is two sentences: "no loss that matters" where the interval excludes one, "cannot say" where it does not.
+# - Where $\mathcal D^{\mathrm{tr}}$ sees no reward, $w_{\mathrm{rl}}$ multiplies zero: that is a proof, and explains no more than it says.
+# - Your own experiment has a design, a prediction and a verdict, and a number of seeds that it would have needed.
+#
+# **Next** train on a grid of your own, or read `data/paper_ledger.toml`, in which every row of this notebook has its place.
+
+# %% [markdown]
+# ## 7 · Why the average changes so little (further reading)
+#
+# The released code averages the log-density over the action's dimensions. What does that do to a gradient?
+
+# %% tags=["half-a-rate"]
+clock.at("why the average changes so little")
+fresh = policy.initialise(2, 2, seed=0)
+one = load_demonstrations("optimal", "point2d").take(slice(0, 1))
+gradients = {}
+for density in ("averaged", "joint"):
+    theta = policy.to_vector(fresh).requires_grad_()
+    loss = losses.bc_loss(policy.from_vector(theta, fresh), one, "mean", density)[0]
+    (gradients[density],) = torch.autograd.grad(loss, theta)
+assert check.agree(2 * gradients["averaged"], gradients["joint"])
+ratio = float(gradients["averaged"].norm() / gradients["joint"].norm())
+print(f"length of the averaged loss's gradient, in two dimensions: {ratio:.4f} of the joint one's")
+
+# %% [markdown]
+# So in Table 1 the same $\alpha = 0.01$ means two things, by a factor of the action's dimension. (TRPO's own step keeps
+# its length, which the KL bound sets.) `train` averages by default, as the released code does; the ledger's row
+# `log-density` has what several seeds took with either.
+#
+# ## 8 · A reward made of nothing (further reading)
 #
 # A constant reward teaches nothing: every action earns the same. Yet the released code pays $10^{-5}$ for every step without reward, and then *normalises* the
-# advantages. **Predict first:** how long is the RL gradient of an untrained policy in a task in which it saw no reward?
+# advantages. This is question 4 of Exercise 3.
+#
+# **Predict first.** How long is the RL step of an untrained policy in a task in which it saw no reward, with that constant? Give it as a share of the cloning step.
 
-# %% tags=["reward-from-nothing", "nbval-ignore-output"]
+# %%
+clock.at("a reward made of nothing")
+guess.ask("nothing", "length of the step, as a share of the cloning step")
+
+# %% tags=["reward-from-nothing", "nbval-ignore-output", "reveal"]
+demos = load_demonstrations("optimal", "point2d")
 draws = torch.Generator().manual_seed(0)
 trial = collect(TrainConfig().environment(), demos.tasks, fresh, 20, draws)
 unpaid = trial.rewards.sum((1, 2)) == 0  # (task,)
@@ -414,93 +637,14 @@ lengths = [mean_step(algorithm="maml", reward_elsewhere=reward) for reward in (0
 lengths.append(mean_step(algorithm="meta-bc"))
 for name, length in zip(("RL, reward 0", "RL, reward 1e-5", "cloning"), lengths, strict=True):
     print(f"{name:16} step of length {length:.1e}")
-assert lengths[0] == 0 < lengths[1] < 0.03 * lengths[2]
+assert lengths[0] == 0 < lengths[1] < 0.05 * lengths[2]
+guess.reveal("nothing", f"{lengths[1] / lengths[2]:.3f}; without the constant exactly 0")
+
+# %% [markdown] tags=["reveal"]
+# Without the constant the step is exactly zero, as you proved. With it a step appears out of nothing: the baseline fits the constant up to a small rest, normalisation blows the rest up to full size, and
+# the policy is pushed along noise. Notebook 02 found that gradient longer than half of an honestly rewarded task's. A trap, but beside the *cloning* step it is small. And so
+# is an honest RL step of the untrained policy.
 
 # %% [markdown]
-# Without the constant the step is exactly zero. With it a step appears out of nothing: the baseline fits the constant up to a small rest, normalisation blows the rest up to full size, and
-# the policy is pushed along noise. Notebook 02 found that gradient longer than half of an honestly rewarded task's. A trap, but beside the *cloning* step it is small: under 3 parts in a hundred. And so
-# is an honest RL step of the untrained policy: one more reason why $w_{\mathrm{rl}}$ matters so little.
-#
-# ## 5 · Your own experiment
-#
-# Choose a **switch** (any setting of `TrainConfig`: `python -m emrld_lite train --help` lists them) and a **budget** of iterations. The cell trains the control and your run
-# live from the same seed. Write down what you expect before you run it. Ideas: `{"w_bc": 0.1}`, `{"adapt_lr": 0.02}`, `{"discount": 0.99}`, `{"episodes": 5}`,
-# `{"network_start": "xavier"}`.
-
-# %% tags=["your-experiment", "nbval-ignore-output"]
-clock.at("your own experiment")
-switch = {"bc_reduction": "sum"}
-budget = 25
-control = TrainConfig(algorithm="emrld-ws", iterations=budget, **AS_STORED)
-switched = dataclasses.replace(control, **switch)
-curves = {}
-for name, config in (("control", control), (str(switch), switched)):
-    curves[name] = [
-        step.record
-        for step in train.meta_train(config, load_demonstrations(config.demos, config.env))
-    ]
-    print(f"{name}: return {curves[name][-1].return_after:.0f} after {budget} iterations")
-
-# %% tags=["your-verdict", "nbval-ignore-output"]
-figure, axes = plt.subplots(figsize=(6.4, 3.2))
-stored = [runs.load_run(run).curve for run in seeds_of(runs.SHIPPED, "point2d-optimal-emrld-ws")]
-returns = torch.tensor([[row.return_after for row in curve[:budget]] for curve in stored])
-axes.fill_between(
-    range(budget),
-    returns.amin(0),
-    returns.amax(0),
-    color="#D55E00",
-    alpha=0.2,
-    label="control, stored seeds",
-)
-for (name, curve), look in zip(
-    curves.items(), ({"color": "#D55E00"}, {"color": "black", "linestyle": "--"}), strict=True
-):
-    axes.plot([row.return_after for row in curve], label=name, **look)
-axes.set(xlabel="meta-iteration", ylabel="mean return after adaptation")
-axes.legend()
-plt.show()
-ends = [curve[-1].return_after for curve in curves.values()]
-outside = not returns[:, -1].amin() <= ends[1] <= returns[:, -1].amax()
-band = f"{returns[:, -1].amin():.0f} to {returns[:, -1].amax():.0f}"
-print(
-    f"return after {budget} iterations: control {ends[0]:.0f}, yours {ends[1]:.0f}, stored seeds {band}"
-)
-
-# %% [markdown]
-# *Figure 4. Your run (dashed) and its control (solid), live, with the band of the stored seeds of the control.*
-#
-# One run outside the band of the seeds is a hint, not a result. To make it one, put your switch into a grid file with three seeds (or five), let `python -m emrld_lite sweep GRID --out FOLDER` run
-# overnight, and compare as in section 4.
-
-# %% tags=["your-experiment-holds"]
-if switch == {"bc_reduction": "sum"} and budget == 25:
-    assert outside and ends[1] < ends[0]  # the summed loss learns more slowly
-
-# %% [markdown]
-# ## What matters, and what does not
-#
-# | part | verdict on Point2D | where else it was asked |
-# |---|---|---|
-# | cloning in the adaptation | **indispensable** | MAML is far behind in three environments, and not with changing dynamics (notebook 07) |
-# | RL in the adaptation | no loss found; one of more than 2.1 excluded | TwoWheeled: the same; HalfCheetah: a loss of 18 remains possible |
-# | RL in the meta-update | Meta-BC lacks it and fails, but differs in its optimiser and data as well | three environments (notebook 07) |
-# | the warm start | not distinguishable at the end (notebook 07) | three environments; on HalfCheetah a slower beginning |
-# | the meta-gradient's second order | **indispensable** | – |
-# | the mean, not the sum, in the cloning loss | **matters**: it sets the length of the step | – |
-# | sigma learned or fixed, exact or shorter steps, the log-density's mean or sum | return not distinguishable; perhaps quicker | – |
-# | aliased conjugate gradient, reward of 1e-5, no normalisation | not distinguishable | – |
-#
-# These are verdicts on one algorithm and one environment. Elsewhere the same switch can matter: the released code's start of the network, which EMRLD was not tried with, takes MAML from a return of about 8 to less than 1 (notebook 06).
-#
-# ## What was shown
-#
-# - An ablation changes one thing, keeps the seeds, and names its control.
-# - EMRLD needs cloning in the adaptation. RL in the adaptation, one of its two halves on paper, makes no difference that we could find, even where there are rewards to see; on Point2D and TwoWheeled a loss of more than a few points is excluded.
-# - Of eight switches two cost return: the order of the meta-gradient and the scale of the cloning loss.
-# - "Not distinguishable" is a statement about a few seeds and a budget, and comes with what it excludes. Your own grid can overturn it.
-#
-# **Next** train on a grid of your own, or read `data/paper_ledger.toml`, in which every row of this notebook has its place.
-#
-# **References** Agarwal et al. (2021), *Deep reinforcement learning at the edge of the statistical precipice*; Henderson et al. (2018), *Deep reinforcement learning that
+# **References** Agarwal et al. (2021), *Deep reinforcement learning at the edge of the statistical precipice*; Altman and Bland (1995), *Absence of evidence is not evidence of absence*; Henderson et al. (2018), *Deep reinforcement learning that
 # matters*; Engstrom et al. (2020), *Implementation matters in deep policy gradients*; Rengarajan et al. (2022), the paper.

@@ -46,7 +46,8 @@ def exercises(folder="notebooks", suffix=".py"):
 
 def student_function(source, name):
     """Return the function a cell defines."""
-    scope = {"torch": torch, "math": math, "np": np, "adapt": adapt, "warm_start": warm_start}
+    scope = {"torch": torch, "math": math, "np": np, "combinations": itertools.combinations}
+    scope |= {"adapt": adapt, "warm_start": warm_start}
     exec(source, scope)
     return scope[name]
 

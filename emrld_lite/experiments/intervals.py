@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -84,8 +85,7 @@ def rank_of_ends(one: int, other: int, level: float = LEVEL) -> int:
     share (1 - level) / 2 of all ways to deal the runs' ranks. Raises InputError where no k is.
     """
     real_number("level", level, 0.0, 1.0)
-    counts = splits_by_wins(one, other)
-    shares = np.cumsum(counts) / math.comb(one + other, one)  # of at most 0, 1, ... wins
+    shares = _shares_by_wins(*(positive_count(*side) for side in (("one", one), ("other", other))))
     k = int((shares <= (1 - level) / 2 + 1e-12).sum())
     if not k:
         raise InputError(
@@ -93,6 +93,12 @@ def rank_of_ends(one: int, other: int, level: float = LEVEL) -> int:
             f"expected {level:g}: use more runs, or a lower level"
         )
     return k
+
+
+@functools.cache
+def _shares_by_wins(one: int, other: int) -> np.ndarray:
+    """Return the share of all splits in which the first side wins at most 0, 1, ... of all pairs."""
+    return np.cumsum(splits_by_wins(one, other)) / math.comb(one + other, one)
 
 
 def splits_by_wins(one: int, other: int) -> list[int]:

@@ -144,7 +144,11 @@ def divergence(
         for number, seed in enumerate(seeds):
             moved = np.array([row.kl for row in seed])
             called = label(name) if number == 0 else "_another seed"
-            axes.plot(np.minimum(moved, top), label=called, linewidth=0.8, alpha=0.8, **look)
+            marks = {"marker": LOOKS[name]["marker"], "markersize": 5, "markeredgecolor": "black"}
+            marks["markevery"] = (7 * number, max(1, len(moved) // 6))
+            axes.plot(
+                np.minimum(moved, top), label=called, linewidth=0.8, alpha=0.8, **marks, **look
+            )
             beyond = np.flatnonzero(moved > top)
             axes.plot(beyond, [top / 3] * len(beyond), "^", markersize=6, **look)
     axes.axhline(bound, color="black", linewidth=1.4)

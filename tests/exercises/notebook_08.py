@@ -2,57 +2,72 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-import torch
 
-from .draw import Draw, Question, Questions, gaussians
+from emrld_lite.experiments.intervals import Interval
 
-
-def _dicts(draw: Draw) -> Question:
-    seeds = [draw.random.permutation(7)[: draw.whole(2, 7)].tolist() for _ in range(2)]
-    return tuple({seed: draw.between(-9, 9) for seed in some} for some in seeds)
+from .draw import Draw, Question, Questions
 
 
-def _plan(draw: Draw) -> Question:
-    letters = "abcdefg"
-    control = {letter: draw.whole(0, 5) for letter in letters[: draw.whole(1, 6)]}
-    names = letters[: draw.whole(1, 4)]
-    return control, {name: {draw.random.choice(list(letters)): draw.whole(5, 9)} for name in names}
+def _interval(draw: Draw) -> Question:
+    reach = draw.between(0.5, 5)
+    switched, control = draw.random.normal(70, 3, size=5), draw.random.normal(73, 3, size=4)
+
+    def rule(one: np.ndarray, other: np.ndarray) -> Interval:
+        gap = float(np.mean(one) - np.mean(other))
+        return Interval(gap, gap - reach, gap + reach)
+
+    return rule, switched, control, draw.between(1, 8)
 
 
-QUESTIONS: Questions = {
-    "one_at_a_time": _plan,
-    "seed_differences": _dicts,
-    "averaged_log_density": lambda draw: gaussians(draw, False),
-}
+MANY_ANSWERS = ("own_experiment",)  # a design
+QUESTIONS: Questions = {"clean_pairs": lambda draw: (), "which_sentence": _interval}
 
 
-def one_at_a_time__loop(control, changes):
-    runs = {"control": dict(control)}
-    for name in changes:
-        runs[name] = {**control, **changes[name]}
-    return runs
+def clean_pairs__letters():
+    return {1: "PQ", 2: ["T", "W"], 3: ("V", "R"), 4: None, 5: {"S", "P"}}
 
 
-def seed_differences__sorted(control, switched):
+def which_sentence__nested(rule, switched, control, worth):
+    _, low, high = rule(switched, control)
+    if low > -worth:
+        return "no loss that matters" if high >= 0 else "a small loss"
+    return "cannot say" if high >= 0 else "a loss"
+
+
+def which_sentence__turned(rule, switched, control, worth):
+    gain = rule(control, switched)
+    words = {
+        (True, True): "a small loss",
+        (True, False): "a loss",
+        (False, True): "no loss that matters",
+        (False, False): "cannot say",
+    }
+    return words[gain.low > 0, gain.high < worth]
+
+
+def own_experiment__episodes():
     return {
-        seed: np.float32(switched[seed] - control[seed])
-        for seed in sorted(control)
-        if seed in switched
+        "switch": {"episodes": 5},
+        "expected": "lower",
+        "seeds": range(4, 7),
+        "iterations": np.int64(40),
     }
 
 
-def seed_differences__tensors(control, switched):
-    common = set(control).intersection(switched)
-    return {seed: torch.tensor(switched[seed]) - control[seed] for seed in common}
+def own_experiment__weight():
+    return {
+        "iterations": 20,
+        "seeds": [0, 1, 2, 3, 9],
+        "expected": "higher",
+        "switch": {"w_bc": 2.0},
+    }
 
 
-def averaged_log_density__distribution(mean, sigma, action):
-    return torch.distributions.Normal(mean, sigma).log_prob(action).mean(dim=-1)
-
-
-def averaged_log_density__sum(mean, sigma, action):
-    each = -((action - mean) ** 2) / (2 * sigma**2) - torch.log(sigma * math.sqrt(2 * math.pi))
-    return each.double().sum(-1) / action.shape[-1]
+def own_experiment__sigma():
+    return {
+        "switch": {"learn_sigma": False},
+        "expected": "no different",
+        "seeds": (0, 1, 2),
+        "iterations": 30,
+    }

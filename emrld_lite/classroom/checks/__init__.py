@@ -13,8 +13,9 @@ from .notebook_05_trust_region import conjugate_gradient, full_step
 from .notebook_06 import adaptation_step, surrogate
 from .notebook_06_experiment import what_parts_add
 from .notebook_06_iteration import meta_loss
-from .notebook_07 import false_ahead_rate, interquartile_mean, late_rise
-from .notebook_08 import averaged_log_density, one_at_a_time, seed_differences
+from .notebook_07 import false_ahead_rate, rank_interval, seeds_needed
+from .notebook_07_reading import hidden_by_mean, read_curves
+from .notebook_08 import clean_pairs, own_experiment, which_sentence
 from .notebook_09 import largest_gain, odometry, wheel_command
 from .notebook_09_adaptation import one_adaptation
 from .values import agree
@@ -25,18 +26,17 @@ __all__ = [
     "agree",
     "agreement",
     "assumption_numbers",
-    "averaged_log_density",
     "best_constant",
     "break_the_substitution",
+    "clean_pairs",
     "compare_baselines",
     "conjugate_gradient",
     "discounted_returns",
     "episodes_needed",
     "false_ahead_rate",
     "full_step",
-    "interquartile_mean",
+    "hidden_by_mean",
     "largest_gain",
-    "late_rise",
     "log_density",
     "loitering_gain",
     "meta_gradient",
@@ -45,12 +45,14 @@ __all__ = [
     "nearest_distance",
     "odometry",
     "one_adaptation",
-    "one_at_a_time",
+    "own_experiment",
     "performance_difference",
     "point_step",
     "policy_gradient",
+    "rank_interval",
+    "read_curves",
     "require",
-    "seed_differences",
+    "seeds_needed",
     "steer",
     "steps_before_reward",
     "supervised_meta_loss",
@@ -59,5 +61,6 @@ __all__ = [
     "visitation",
     "what_parts_add",
     "wheel_command",
+    "which_sentence",
     "with_task",
 ]

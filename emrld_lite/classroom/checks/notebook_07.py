@@ -1,94 +1,85 @@
-"""Checks of notebook 07: results."""
+"""Checks of notebook 07: how sure a few seeds make us."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
+from typing import Any
 
-from ...experiments.intervals import Interval
+import numpy as np
+import torch
+
+from ...experiments.intervals import Interval, rank_of_ends
+from ...validation import InputError
+from ..few_seeds import FEWEST, MOST
 from .answers import Student, Wrong, answered
 from .calls import ask
-from .values import as_number
+from .values import as_number, as_parts, close
 
 
-def _named(got: float, expected: float, mistakes: dict[str, float], otherwise: str) -> None:
-    """Raise Wrong unless two numbers agree, with the sentence of the mistake they equal."""
-    if np.isclose(got, expected, rtol=1e-5, atol=1e-6):
-        return
-    for sentence, mistaken in mistakes.items():
-        if np.isclose(got, mistaken, rtol=1e-5, atol=1e-6):
-            raise Wrong(sentence)
-    raise Wrong(otherwise)
+class Watched:
+    """A rule that remembers what it was asked, in pairs of arrays (run,), and what it answered."""
+
+    def __init__(self, below: Callable[[int], float], above: Callable[[int], float]) -> None:
+        """Make a rule; an interval reaches ``below(runs)`` and ``above(runs)`` from the difference."""
+        self.pairs: list[tuple[np.ndarray, np.ndarray]] = []
+        self.intervals: list[Interval] = []
+        self._below, self._above = below, above
+
+    def __call__(self, one: Any, other: Any) -> Interval:
+        sides = _scores(one), _scores(other)
+        self.pairs.append(sides)
+        gap = float(sides[0].mean() - sides[1].mean())
+        low, high = gap - self._below(len(sides[0])), gap + self._above(len(sides[0]))
+        self.intervals.append(Interval(gap, low, high))
+        return self.intervals[-1]
 
 
-@answered
-def interquartile_mean(student: Student) -> None:
-    """Check the mean of the middle half: f(scores of any shape) -> number."""
-    random = np.random.default_rng(70)
-    for shape in ((3, 20), (16,), (7,), (3,), (1,), (2, 5), (9, 3), (5,)):
-        scores = random.exponential(20, shape) - 5  # skewed: mean and median differ
-        if shape == (9, 3):
-            scores = np.round(scores / 10)  # with ties
-        got = as_number(ask(student, scores).answer, "a single number")
-        ordered, flat = np.sort(scores, axis=None), scores.ravel()
-        cut, size = len(ordered) // 4, scores.size
-        mistakes = {
-            "that is the plain mean: leave out a quarter of the scores at each end.": scores.mean(),
-            "that is the median: average the whole middle half.": float(np.median(scores)),
-            "only the highest are left out: the lowest quarter must go too.": (
-                ordered[: size - cut].mean()
-            ),
-            "only the lowest are left out: the highest quarter must go too.": ordered[cut:].mean(),
-            "sort first: the middle of the list is not the middle of the scores.": (
-                flat[cut : size - cut].mean()
-            ),
-            "that is the sum of the middle half, not its mean.": ordered[cut : size - cut].sum(),
-            "divide by the number of scores that are left, not by all.": (
-                ordered[cut : size - cut].sum() / size
-            ),
-        }
-        hint = "the numbers differ. Flatten, sort, leave out n // 4 at each end, average."
-        _named(got, ordered[cut : size - cut].mean(), mistakes, hint)
+def _scores(side: Any) -> np.ndarray:
+    scores = np.array(side, dtype=float)
+    if scores.ndim != 1 or not scores.size:
+        raise Wrong(
+            "hand the rule one array of shape (runs,) for each side, got one of shape "
+            f"{scores.shape}."
+        )
+    return scores
 
 
 @answered
 def false_ahead_rate(student: Student) -> None:
     """Check f(rule, runs, pairs, random) -> share of null pairs whose interval lies above zero."""
-    lopsided = _Watched()
-    got = as_number(student(lopsided, 4, 300, np.random.default_rng(73)), "a single number")
-    pairs, intervals = lopsided.pairs, lopsided.intervals
-    if len(pairs) != 300:
-        raise Wrong(f"the rule was asked {len(pairs)} times for 300 pairs: ask it once per pair.")
-    if any(side.shape != (4,) for pair in pairs for side in pair):
+    for runs, pairs, seed in ((4, 300, 73), (7, 210, 75)):
+        lopsided = Watched(lambda _: 0.4, lambda _: 0.9)
+        got = as_number(
+            student(lopsided, runs, pairs, np.random.default_rng(seed)), "a single number"
+        )
+        _judge_null_pairs(lopsided.pairs, runs, pairs)
+        _counted(got, np.array(lopsided.intervals))
+        again = Watched(lambda _: 0.4, lambda _: 0.9)
+        student(again, runs, pairs, np.random.default_rng(seed + 1))
+        if again.pairs and np.array_equal(again.pairs[0][0], lopsided.pairs[0][0]):
+            raise Wrong("other draws were expected: use the generator `random` that you are given.")
+
+
+def _judge_null_pairs(asked: list[tuple[np.ndarray, np.ndarray]], runs: int, pairs: int) -> None:
+    """Raise Wrong unless the rule was asked about fresh null pairs, as many as were wanted."""
+    if len(asked) != pairs:
+        raise Wrong(
+            f"the rule was asked {len(asked)} times for {pairs} pairs: ask it once per pair."
+        )
+    if any(side.shape != (runs,) for pair in asked for side in pair):
         raise Wrong("each side of a pair needs `runs` scores, in one array of shape (runs,).")
-    one, other = (np.array(side) for side in zip(*pairs, strict=True))
+    one, other = (np.array(side) for side in zip(*asked, strict=True))
     if np.array_equal(one, other):
         raise Wrong("both sides are the same scores: draw each side anew.")
-    if len(np.unique(one[:, 0])) < 300 or len(np.unique(other[:, 0])) < 300:
+    if len(np.unique(one[:, 0])) < pairs or len(np.unique(other[:, 0])) < pairs:
         raise Wrong("scores come back from pair to pair: draw both sides anew for each pair.")
-    if abs(one.mean() - other.mean()) > 4 * np.hypot(one.std(), other.std()) / np.sqrt(one.size):
+    scale = np.hypot(one.std(), other.std())
+    if abs(one.mean() - other.mean()) > 4 * scale / np.sqrt(one.size):
         raise Wrong(
             "one side is better on average: in a null pair both have the same distribution."
         )
-    again = _Watched()
-    student(again, 4, 300, np.random.default_rng(74))
-    if np.array_equal(again.pairs[0][0], one[0]):
-        raise Wrong("other draws were expected: use the generator `random` that you are given.")
-    _counted(got, np.array(intervals))
-
-
-class _Watched:
-    """A rule that remembers what it was asked; its intervals reach farther up than down."""
-
-    def __init__(self) -> None:
-        self.pairs: list[tuple[np.ndarray, np.ndarray]] = []
-        self.intervals: list[Interval] = []
-
-    def __call__(self, one: np.ndarray, other: np.ndarray) -> Interval:
-        sides = np.array(one, dtype=float), np.array(other, dtype=float)
-        self.pairs.append(sides)
-        gap = float(sides[0].mean() - sides[1].mean())
-        self.intervals.append(Interval(gap, gap - 0.4, gap + 0.9))
-        return self.intervals[-1]
+    if not 0.7 < one.std() / other.std() < 1.4:
+        raise Wrong("one side spreads more: in a null pair both have the same distribution.")
 
 
 def _counted(got: float, intervals: np.ndarray) -> None:
@@ -107,38 +98,186 @@ def _counted(got: float, intervals: np.ndarray) -> None:
         raise Wrong("you count every positive estimate: the whole interval must lie above zero.")
     if np.isclose(got, 1 - ahead):
         raise Wrong('that is the share of pairs that are not called "ahead".')
-    raise Wrong("the numbers differ. Count the pairs with rule(one, other).low > 0, then divide.")
+    raise Wrong("the share is off: in which pairs does the whole interval lie above zero?")
+
+
+# runs of each side, error: no share of the deals lies close to an error but for the first
+DEALS = ((3, 3, 0.05), (5, 5, 0.05), (3, 4, 0.12), (4, 4, 0.2), (2, 5, 0.1), (5, 4, 0.05))
 
 
 @answered
-def late_rise(student: Student) -> None:
-    """Check f(returns, floor): last fifth less the fifth before, as a share of the last's level."""
-    random = np.random.default_rng(72)
-    for length, start in ((60, 20.0), (47, 0.3), (30, 5.0), (12, 40.0), (103, 0.0)):
-        floor, window = float(random.uniform(2.0, 6.0)), length // 5
-        returns = start + np.cumsum(random.normal(0.3 if start else 0.002, 0.1, length))
-        got = as_number(ask(student, returns, floor).answer, "a single number")
-        last, before = returns[-window:].mean(), returns[-2 * window : -window].mean()
-        level = max(last, floor)
-        mistakes = {
-            "the sign is turned: a curve that rises must give a positive number.": (
-                (before - last) / level
-            ),
-            "that is the rise in units of return: divide it by the level at the end.": (
-                last - before
-            ),
-            "a level near zero makes any rise look huge: divide by at least `floor`.": (
-                (last - before) / last
-            ),
-            "divide by the level at the end, the mean of the last fifth.": (
-                (last - before) / max(before, floor)
-            ),
-            "that is the rise over the whole run: compare with the fifth just before.": (
-                (last - returns[:window].mean()) / level
-            ),
-            "you compare with everything before: take only one fifth before the last.": (
-                (last - returns[:-window].mean()) / level
-            ),
-        }
-        hint = "the numbers differ. (last fifth - fifth before) / max(last fifth, floor)."
-        _named(got, (last - before) / level, mistakes, hint)
+def rank_interval(student: Student) -> None:
+    """Check f(one, other, error) -> (estimate, low, high) of the difference, by counting deals."""
+    random = np.random.default_rng(76)
+    for runs, others, error in DEALS:
+        one = random.normal(random.uniform(-3, 3), 2.0, runs)
+        other = random.exponential(3.0, others)
+        answer = ask(student, one, other, error).answer
+        parts = as_parts(answer, 3, "three numbers: estimate, low and high")
+        names = ("the estimate", "the lower end", "the upper end")
+        got = torch.tensor(
+            [
+                as_number(part, f"{name} as a number")
+                for part, name in zip(parts, names, strict=True)
+            ],
+            dtype=torch.float64,
+        )
+        _judge_interval(got, one, other, error)
+
+
+def _judge_interval(got: torch.Tensor, one: np.ndarray, other: np.ndarray, error: float) -> None:
+    """Compare estimate, low and high; name the mistake that they equal."""
+    gaps = np.sort(np.subtract.outer(one, other), axis=None)
+    k = rank_of_ends(len(one), len(other), 1 - 2 * error)
+    middle, mean = float(np.median(gaps)), float(one.mean() - other.mean())
+
+    def at(rank: int, estimate: float = middle) -> torch.Tensor:
+        rank = min(max(rank, 1), len(gaps))
+        return torch.tensor([estimate, gaps[rank - 1], gaps[-rank]], dtype=torch.float64)
+
+    right = at(k)
+    if close(got, right):
+        return
+    if close(got[1:], right[1:]):
+        raise Wrong(
+            "the interval is right; the estimate is the median of all differences between a run of "
+            "one side and a run of the other."
+        )
+    if close(-got[[0, 2, 1]], right):
+        raise Wrong("the sign is turned: it is by how much `one` is better, so one less other.")
+    if close(got[[0, 2, 1]], right):
+        raise Wrong("low and high have changed places.")
+    if close(got[1:], at(k + 1)[1:]):
+        raise Wrong(
+            "your interval is one difference too short at either end: it ends at the k-th from "
+            "outside, and the k-th itself belongs to it."
+        )
+    if k > 1 and close(got[1:], at(k - 1)[1:]):
+        raise Wrong(
+            "your interval is one difference too long at either end: how large may k be so that "
+            "*fewer than* k lost pairs are rare enough?"
+        )
+    halved = _rank_at(error / 2, len(one), len(other))
+    if halved != k and close(got[1:], at(halved)[1:]):
+        raise Wrong(
+            '`error` is for each of the two verdicts, "ahead" and "behind": do not halve it.'
+        )
+    if k > 1 and close(got[1:], at(1)[1:]):
+        raise Wrong(
+            "that is the range of all differences: with this error the first side may lose some pairs. "
+            "How many, you find by counting deals."
+        )
+    shares = np.quantile(gaps, [error, 1 - error])
+    if close(got[1:], torch.as_tensor(shares)):
+        raise Wrong(
+            "that is a share of the differences; they are not independent of each other. Count deals "
+            "of the ranks."
+        )
+    if close(got[:1], torch.tensor([mean], dtype=torch.float64)):
+        raise Wrong("the estimate is the median of all differences, and the interval is off, too.")
+    raise Wrong(
+        f"for {len(one)} runs against {len(other)} and an error of {error:g} the interval is off: it "
+        "reaches from the k-th smallest of all differences to the k-th largest."
+    )
+
+
+def _rank_at(error: float, one: int, other: int) -> int:
+    """Return k for another error, 1 where not even that is rare enough."""
+    try:
+        return rank_of_ends(one, other, 1 - 2 * error)
+    except InputError:
+        return 1
+
+
+# gap, spread, chance, and how far the rule's interval reaches down with so many runs
+EXPERIMENTS = (
+    (2.0, 1.0, 0.8, lambda runs: 4.0 / runs**0.5),
+    (6.0, 4.0, 0.5, lambda runs: 40.0 / runs),
+    (0.3, 0.05, 0.9, lambda runs: 1.0 / runs),
+)
+HOPELESS = (1.0, 1.0, 0.9, lambda _: 50.0)
+
+
+@answered
+def seeds_needed(student: Student) -> None:
+    """Check f(rule, gap, spread, chance, random) -> seeds of each side that show the gap often enough."""
+    for number, (gap, spread, chance, below) in enumerate(EXPERIMENTS, start=77):
+        rule = Watched(below, lambda _: 0.3)
+        answer = student(rule, gap, spread, chance, np.random.default_rng(number))
+        if not rule.pairs:
+            raise Wrong("you never ask the rule: what it says of simulated pairs decides.")
+        if min(count for _, count in _shares(rule).values()) < 200:
+            raise Wrong(
+                "simulate at least 200 pairs for each number of seeds: fewer say too little."
+            )
+        _judge_pairs(rule.pairs, gap, spread)
+        if answer is None:
+            raise Wrong("you return None, although a number of seeds up to 20 is enough.")
+        got = as_number(answer, "a number of seeds")
+        _judge_number(got, _shares(rule), chance, rule)
+        again = Watched(below, lambda _: 0.3)
+        student(again, gap, spread, chance, np.random.default_rng(number + 9))
+        if np.array_equal(again.pairs[0][1], rule.pairs[0][1]):
+            raise Wrong("other draws were expected: use the generator `random` that you are given.")
+    gap, spread, chance, below = HOPELESS
+    rule = Watched(below, lambda _: 0.3)
+    if student(rule, gap, spread, chance, np.random.default_rng(90)) is not None:
+        raise Wrong("where not even 20 seeds are enough, return None.")
+    if max(_shares(rule)) != MOST:
+        raise Wrong("try up to 20 seeds of each side, 20 as well, before you give up.")
+
+
+def _judge_pairs(asked: list[tuple[np.ndarray, np.ndarray]], gap: float, spread: float) -> None:
+    """Raise Wrong unless the simulated pairs are what was asked for."""
+    if any(len(one) != len(other) for one, other in asked):
+        raise Wrong("both sides need the same number of seeds.")
+    one, other = (np.concatenate(side) for side in zip(*asked, strict=True))
+    with np.errstate(all="ignore"):  # a side without any spread is told below
+        correlation = np.corrcoef(one, other)[0, 1]
+    if np.isclose(correlation, 1.0):
+        raise Wrong("the second side is the first one, shifted: draw each side anew.")
+    error = 4 * spread * np.sqrt(2 / len(one))
+    found = one.mean() - other.mean()
+    if abs(found + gap) < error:
+        raise Wrong("the second side is better: the first one is to be ahead by `gap`.")
+    if abs(found - gap) > error:
+        raise Wrong(f"the first side should be better by {gap:g} on average, yours by {found:.3g}.")
+    for side in (one, other):
+        if abs(side.std() / spread - 1) > 0.1:
+            raise Wrong(
+                f"over seeds the scores should have a standard deviation of {spread:g}, on either "
+                f"side; yours have {side.std():.3g}."
+            )
+
+
+def _shares(rule: Watched) -> dict[int, tuple[float, int]]:
+    """Return the share of pairs called ahead and the number of pairs, by the number of runs."""
+    found: dict[int, list[bool]] = {}
+    for (one, _), interval in zip(rule.pairs, rule.intervals, strict=True):
+        found.setdefault(len(one), []).append(interval.low > 0)
+    return {runs: (float(np.mean(ahead)), len(ahead)) for runs, ahead in found.items()}
+
+
+def _judge_number(
+    got: float, shares: dict[int, tuple[float, int]], chance: float, rule: Watched
+) -> None:
+    """Compare the number of seeds with what the student's own simulation says."""
+    if min(shares) < FEWEST:
+        raise Wrong("begin with three seeds of each side: fewer cannot be judged by ranks.")
+    if got not in range(FEWEST, MOST + 1):
+        raise Wrong(f"return a number of seeds from 3 to 20, yours is {got:g}.")
+    tried = sorted(runs for runs in shares if runs < got)
+    if early := [runs for runs in tried if shares[runs][0] >= chance]:
+        raise Wrong(
+            f"{early[0]} seeds are enough already: there the rule says ahead in "
+            f"{shares[early[0]][0]:.0%}, and {chance:.0%} are asked for."
+        )
+    numbers = range(FEWEST, int(got) + 1)
+    if missing := [runs for runs in numbers if runs not in shares]:
+        raise Wrong(f"you never try {missing[0]} seeds: a smaller number might be enough.")
+    if shares[int(got)][0] < chance:
+        told = f"with {int(got)} seeds the rule says ahead in {shares[int(got)][0]:.0%} only"
+        estimates = [i.estimate > 0 for i in rule.intervals]
+        if np.mean(estimates) >= chance:
+            told += ", since ahead means that the whole interval lies above zero"
+        raise Wrong(f"{told}; {chance:.0%} are asked for.")

@@ -1,184 +1,221 @@
-"""Checks of notebook 08: ablations and switches."""
+"""Checks of notebook 08: clean comparisons, what runs say of a loss, and an experiment of one's own."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Hashable, Mapping
+import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
-import torch
+import numpy as np
 
+from ...config import TrainConfig
+from ...experiments.intervals import Interval
+from ...validation import InputError
+from ..own_experiment import HIGHER, LONGEST, LOWER, NOT_SWITCHES, SAME, control_config
+from ..plans import (
+    LOSS,
+    NO_LOSS,
+    OPEN,
+    QUESTIONS,
+    SMALL_LOSS,
+    TRAININGS,
+    Question,
+    answers,
+    differing,
+)
 from .answers import Student, Wrong, answered
 from .calls import ask
-from .values import as_graph, as_number, as_tensor, close, draws, judge, pulled_back
-
-Settings = dict[str, Any]
-PLANS: tuple[tuple[Settings, dict[str, Settings]], ...] = (
-    (
-        {"seed": 0, "w_bc": 1.0, "learn_sigma": True},
-        {"no cloning": {"w_bc": 0.0}, "fixed sigma": {"learn_sigma": False}},
-    ),
-    (
-        {"algorithm": "emrld", "alpha": 0.01},
-        {
-            "exact steps": {"step_rule": "exact"},  # a setting that the control leaves open
-            "longer": {"alpha": 0.1, "iterations": 500},
-            "another seed": {"seed": 3},
-        },
-    ),
-    ({"a": 1}, {}),
-)
+from .values import as_number
 
 
 @answered
-def one_at_a_time(student: Student) -> None:
-    """Check f(control, changes) -> {"control": ..., name: ...}: each run differs by its own change."""
-    for control, changes in PLANS:
-        got = ask(student, control, changes).answer
-        if not isinstance(got, Mapping) or not all(
-            isinstance(run, Mapping) for run in got.values()
-        ):
-            raise Wrong("return a dict: a name for each run, and its settings as a dict.")
-        if changes and set(got) == set(changes):
-            raise Wrong("the control is missing: without it there is nothing to compare with.")
-        if set(got) != {"control", *changes}:
+def clean_pairs(student: Student) -> None:
+    """Check a plan: f() -> {question: a pair of trainings that differ in one setting, or None}."""
+    plan = student()
+    if not isinstance(plan, Mapping) or set(plan) != set(QUESTIONS):
+        raise Wrong(
+            f"return a dict with the questions {', '.join(map(str, QUESTIONS))} as its keys."
+        )
+    for number, question in QUESTIONS.items():
+        _judge_pair(number, question, plan[number])
+
+
+def _judge_pair(number: int, question: Question, value: Any) -> None:
+    """Compare one answer; name what else differs between its two trainings."""
+    clean = answers(question)
+    if value is None:
+        if clean:
             raise Wrong(
-                f"expected runs named {', '.join(map(repr, ('control', *changes)))}, got "
-                f"{', '.join(map(repr, got))}."
+                f"question {number}: there is a pair that differs in this one setting alone."
             )
-        if dict(got["control"]) != control:
-            raise Wrong("the control was changed: copy its settings for every run.")
-        for name, change in changes.items():
-            _judge_run(dict(got[name]), control, change)
-
-
-def _judge_run(run: Settings, control: Settings, change: Settings) -> None:
-    """Compare one run's settings with the control's and its own change on top."""
-    if run == control | change:
         return
-    if run == change:
-        raise Wrong("a run needs all settings: the control's, and its own change on top.")
-    if run == change | control:
-        raise Wrong("the control's settings overwrite the change: put the change on top.")
-    if run == control | {key: new for key, new in change.items() if key in control}:
-        raise Wrong("a change may set what the control leaves open: keep its new settings, too.")
-    raise Wrong("more than one thing changes between a run and the control.")
-
-
-Returns = dict[Hashable, float]
-PAIRS: tuple[tuple[Returns, Returns], ...] = (
-    ({2: 70.0, 0: 76.0, 1: 73.0}, {0: 71.0, 1: 75.0, 2: 60.0, 7: 99.0}),
-    (
-        {"3": 1.5, "12": -4.0, "5": 0.0, "4": 8.0},
-        {"5": 3.0, "3": 0.0, "4": 9.5, "12": 2.0, "8": 1.0},
-    ),
-    ({9: 5.0, 4: 1.0}, {4: 2.0}),
-    ({1: 5.0}, {2: 5.0}),
-)
+    pair = list(value) if isinstance(value, tuple | list | set | str) else []
+    if len(pair) != 2 or not all(name in TRAININGS for name in pair):
+        raise Wrong(
+            f"question {number}: expected the names of two trainings, as a pair of letters, or None."
+        )
+    if set(pair) in clean:
+        return
+    one, other = (TRAININGS[name] for name in pair)
+    fields, sides = differing(one, other), " and ".join(pair)
+    if not fields:
+        raise Wrong(f"question {number}: {sides} do not differ at all.")
+    if question.field not in fields:
+        raise Wrong(f"question {number}: {sides} do not differ in what is asked for.")
+    if len(fields) > 1:
+        others = " and ".join(field for field in fields if field != question.field)
+        raise Wrong(
+            f"question {number}: {sides} differ in {others} as well, so nobody can say which of them "
+            "did it."
+        )
+    raise Wrong(f"question {number}: {sides} do not answer it for {question.data} data.")
 
 
 @answered
-def seed_differences(student: Student) -> None:
-    """Check f(control, switched), dicts seed -> return: switched less control for each common seed."""
-    for control, switched in PAIRS:
-        got = ask(student, control, switched).answer
-        if not isinstance(got, Mapping):
-            raise Wrong("return a dict, seed -> difference.")
-        if not set(got) <= {*control, *switched}:
-            raise Wrong("the keys must be the seeds.")
-        lonely = set(got) - (set(control) & set(switched))
-        if lonely:
-            side = "control" if lonely & set(switched) else "switched run"
-            raise Wrong(
-                f"seed {min(lonely, key=str)} has no {side}: leave out seeds that only one side has."
-            )
-        expected = {seed: switched[seed] - control[seed] for seed in control if seed in switched}
-        if set(got) != set(expected):
-            names = [sorted(seeds, key=str) for seeds in (expected, got)]
-            raise Wrong(f"expected the common seeds {names[0]}, got {names[1]}.")
-        what = "each difference as a number"
-        values = {seed: as_number(value, what) for seed, value in got.items()}
-        _judge_differences(values, expected, control, switched)
+def which_sentence(student: Student) -> None:
+    """Check f(rule, switched, control, worth) -> the sentence that the interval carries."""
+    random = np.random.default_rng(82)
+    seen = set()
+    for low, high, worth in _ends(random):
+        switched, control = random.normal(70, 5, 5), random.normal(70, 5, 4)
+        asked: list[tuple[np.ndarray, np.ndarray]] = []
+
+        def rule(one: Any, other: Any, low=low, high=high, asked=asked) -> Interval:
+            asked.append((np.asarray(one, dtype=float), np.asarray(other, dtype=float)))
+            turned = len(asked[-1][0]) < len(asked[-1][1])
+            ends = (-high, -low) if turned else (low, high)
+            return Interval(sum(ends) / 2, *ends)
+
+        said = ask(student, rule, switched, control, worth).answer
+        _judge_asked(asked, switched, control)
+        _judge_sentence(said, low, high, worth)
+        seen.add(said)
+    if len(seen) < 4:
+        raise Wrong("each of the four sentences is right in some case.")
 
 
-def _judge_differences(
-    values: Returns, expected: Returns, control: Returns, switched: Returns
+def _ends(random: np.random.Generator) -> list[tuple[float, float, float]]:
+    """Return ends of intervals, and what is a loss that matters: every case, at random places."""
+    found = []
+    for _ in range(4):
+        worth = float(random.uniform(2, 8))
+        small, large = worth * random.uniform(0.3, 0.9), worth * random.uniform(1.1, 3)
+        gain = float(random.uniform(0.5, 20))
+        cases = (
+            (-small, -0.2 * small),
+            (-large, -0.9 * worth),
+            (-large, -0.1),
+            (-2 * large, -large),
+        )
+        cases += (
+            (-small, gain),
+            (-small, 0.3),
+            (-large, gain),
+            (-large, 0.4),
+            (0.5, 0.5 + gain),
+            (large, large + gain),
+        )
+        found += [(float(low), float(high), worth) for low, high in cases]
+    return found
+
+
+def _judge_asked(
+    asked: list[tuple[np.ndarray, np.ndarray]], switched: np.ndarray, control: np.ndarray
 ) -> None:
-    """Compare the differences; name the mistake that they equal."""
+    """Raise Wrong unless the rule was asked about these scores."""
+    if not asked:
+        raise Wrong("you never ask the rule: the interval of the difference decides.")
+    for one, other in asked:
+        if not any(
+            np.array_equal(one, left) and np.array_equal(other, right)
+            for left, right in ((switched, control), (control, switched))
+        ):
+            raise Wrong("hand the rule the scores of both sides, all of them, as they are.")
 
-    def equal(other: Returns) -> bool:
-        return all(
-            math.isclose(values[s], other.get(s, math.nan), rel_tol=1e-5, abs_tol=1e-6)
-            for s in values
+
+def _judge_sentence(said: Any, low: float, high: float, worth: float) -> None:
+    """Compare a sentence; name the mistake that leads to it."""
+    words = (SMALL_LOSS, LOSS, NO_LOSS, OPEN)
+    if said not in words:
+        raise Wrong(f"return one of {', '.join(map(repr, words))}, got {said!r}.")
+    lost, excluded = high < 0, low > -worth
+    right = {(True, True): SMALL_LOSS, (True, False): LOSS, (False, True): NO_LOSS}
+    expected = right.get((lost, excluded), OPEN)
+    if said == expected:
+        return
+    told = f"for [{low:.1f}, {high:.1f}] where a loss of {worth:.1f} matters you say {said!r}: "
+    if lost and said in (NO_LOSS, OPEN):
+        raise Wrong(f"{told}a loss is shown, since the whole interval lies below zero.")
+    if not lost and said in (SMALL_LOSS, LOSS):
+        raise Wrong(f"{told}no loss is shown, since the interval reaches zero or lies above it.")
+    if excluded:
+        raise Wrong(f"{told}look at the lower end, beyond which any larger loss is excluded.")
+    raise Wrong(f"{told}so large a loss is not excluded, since the lower end lies beyond it.")
+
+
+@answered
+def own_experiment(student: Student) -> None:
+    """Check a design: f() -> {"switch", "expected", "seeds", "iterations"} that can be judged."""
+    design = student()
+    keys = {"switch", "expected", "seeds", "iterations"}
+    if not isinstance(design, Mapping) or set(design) != keys:
+        raise Wrong(f"return a dict with the keys {', '.join(sorted(keys))}.")
+    iterations = as_number(design["iterations"], "the number of iterations")
+    if iterations != int(iterations) or not 10 <= iterations <= 60:
+        raise Wrong(
+            "plan 10 to 60 iterations: in fewer nothing is learned, and more take too long here."
+        )
+    _judge_seeds(design["seeds"], int(iterations))
+    _judge_switch(design["switch"], int(iterations))
+    if design["expected"] not in (HIGHER, LOWER, SAME):
+        raise Wrong(f'expected is one of "{HIGHER}", "{LOWER}" and "{SAME}".')
+
+
+def _judge_seeds(seeds: Any, iterations: int) -> None:
+    """Raise Wrong for seeds whose runs cannot be judged, or take too long."""
+    if not isinstance(seeds, tuple | list | range | np.ndarray):
+        raise Wrong("seeds is a tuple of whole numbers, one per training of each side.")
+    numbers = [as_number(seed, "a seed as a whole number") for seed in seeds]
+    if any(number != int(number) or number < 0 for number in numbers):
+        raise Wrong("seeds are whole numbers, from 0 on.")
+    if len(set(numbers)) < len(numbers):
+        raise Wrong("the same seed twice is the same training twice: choose different ones.")
+    if len(numbers) < 3:
+        raise Wrong(
+            f"with {len(numbers)} seeds of each side no order of the ranks is rare enough: three are "
+            "the fewest that can be judged."
+        )
+    if 2 * len(numbers) * iterations > LONGEST:
+        raise Wrong(
+            f"two sides with {len(numbers)} seeds and {iterations} iterations are "
+            f"{2 * len(numbers) * iterations} iterations in all: plan {LONGEST} at most, about two "
+            "minutes."
         )
 
-    if equal(expected):
-        return
-    if equal({seed: -value for seed, value in expected.items()}):
-        raise Wrong("the sign is turned: a switch that helps must come out positive.")
-    paired = zip(control.items(), switched.values(), strict=False)
-    if equal({seed: new - old for (seed, old), new in paired}):
-        raise Wrong("you paired by position: two runs belong together when their seeds agree.")
-    mean = sum(control.values()) / len(control)
-    common = sum(control[seed] for seed in expected) / max(len(expected), 1)
-    for level in (mean, common):
-        if equal({seed: switched[seed] - level for seed in expected}):
-            raise Wrong("you compare with the mean: take the control of the same seed.")
-    if equal({seed: abs(value) for seed, value in expected.items()}):
-        raise Wrong("keep the sign: a switch that harms must come out negative.")
-    raise Wrong("the numbers differ. For each common seed: switched[seed] - control[seed].")
+
+def _judge_switch(switch: Any, iterations: int) -> None:
+    """Raise Wrong unless one setting differs from the control, and can be used."""
+    control = control_config(iterations)
+    if not isinstance(switch, Mapping) or not switch:
+        raise Wrong('switch is a dict with one setting, such as {"discount": 0.9}.')
+    if len(switch) > 1:
+        raise Wrong("two settings change at once: nobody could say which of them did it.")
+    ((name, value),) = switch.items()
+    if name not in {field.name for field in dataclasses.fields(TrainConfig)}:
+        raise Wrong(
+            f"there is no setting {name!r}: `python -m emrld_lite train --help` lists them."
+        )
+    if name in NOT_SWITCHES:
+        raise Wrong(f"{name}: {NOT_SWITCHES[name]}.")
+    try:
+        switched = dataclasses.replace(control, **switch)
+    except InputError as error:
+        raise Wrong(f"this setting cannot be used: {error}.") from error
+    if switched == control or _as_before(control, name, value):
+        raise Wrong(f"{name} is {value!r} in the control as well: nothing would change.")
 
 
-@answered
-def averaged_log_density(student: Student) -> None:
-    """Check the released code's log-density: f(mean, sigma, action), (..., dim) -> mean over dim."""
-    shapes = (((5, 3), (3,)), ((2, 4, 2), (2, 4, 2)), ((1, 1, 6, 2), (1, 1, 6, 2)), ((4, 4), (4,)))
-    for seed, (shape, of_sigma) in enumerate(shapes, start=80):
-        normal = draws(seed, torch.float32)
-        mean, action = normal(*shape).requires_grad_(), normal(*shape)
-        sigma = (0.1 + 1.2 * normal(*of_sigma).abs()).requires_grad_()
-        asked = ask(student, mean, sigma, action)
-        got = as_graph(asked.answer, shape[:-1], "one number for each action, over its dimensions")
-        exact = [part.detach().double().requires_grad_() for part in (mean, sigma)]
-        _judge_averaged(got, *exact, action.double())
-        right = torch.distributions.Normal(*exact).log_prob(action.double()).mean(-1)
-        weights = draws(seed + 100)(*shape[:-1])
-        for leaf, own, name in zip(asked.given, exact, ("mean", "sigma"), strict=False):
-            cut = f"right numbers, but without a gradient by {name}: is there a `.detach()` in it?"
-            pulled = pulled_back(got, leaf, weights, cut)
-            if not close(pulled, pulled_back(right, own, weights, cut), 1e-3):
-                raise Wrong(
-                    f"right numbers, but the gradient by the {name} is off: is a part detached?"
-                )
-
-
-def _judge_averaged(
-    got: torch.Tensor, mean: torch.Tensor, sigma: torch.Tensor, action: torch.Tensor
-) -> None:
-    """Compare the averaged log-density; name the mistake that it equals."""
-    each = torch.distributions.Normal(mean, sigma).log_prob(action).detach()  # (..., dim)
-    spread = sigma.detach().expand_as(each)
-    gap = (action - mean.detach()) / spread
-    constant = 0.5 * math.log(2 * math.pi)
-    mistakes = {
-        "that is the joint log-density, the sum over dimensions: average them.": each.sum(-1),
-        "you divide by two, but an action may have another number of dimensions.": (
-            each.sum(-1) / 2
-        ),
-        "you divide by three, but an action may have another number of dimensions.": (
-            each.sum(-1) / 3
-        ),
-        "log sigma is missing: a wider Gaussian is lower.": (each + spread.log()).mean(-1),
-        "the constant -log(2 pi) / 2 is missing.": (each + constant).mean(-1),
-        "you divide the squared distance by sigma; it is sigma squared.": (
-            (-0.5 * gap**2 * spread - spread.log() - constant).mean(-1)
-        ),
-        "the half in front of the squared distance is missing.": (each - 0.5 * gap**2).mean(-1),
-        "the sign of log sigma is turned: a wider Gaussian is lower.": (
-            (each + 2 * spread.log()).mean(-1)
-        ),
-        "the squared distance lowers the density: its sign is turned.": (each + gap**2).mean(-1),
-        "the sign is turned: that is minus the log-density.": -each.mean(-1),
-    }
-    hint = "the numbers differ. Log-density of each dimension, then the mean over the last axis."
-    judge(as_tensor(got, each.shape[:-1], "numbers"), each.mean(-1), mistakes, hint)
+def _as_before(control: TrainConfig, name: str, value: Any) -> bool:
+    """Return whether a weight that is left to Table 1 gets the value that Table 1 has."""
+    rule = control.adaptation("optimal")
+    return name in ("w_rl", "w_bc") and value == getattr(rule, name)

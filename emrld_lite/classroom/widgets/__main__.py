@@ -18,7 +18,7 @@ from ...demonstrations import load_demonstrations
 from ...envs import make
 from ...experiments import plotting, runs
 from ...policy import initialise
-from . import adaptation, bounds, cloning, exploration, gae, one_step, sparsity, swamp
+from . import adaptation, bounds, cloning, drift, exploration, gae, one_step, seeds, sparsity, swamp
 from .answer import as_image
 
 Move = Callable[[], Figure]
@@ -49,6 +49,13 @@ def moves() -> Iterator[tuple[str, Iterable[Move]]]:
     alphas = np.linspace(0.0, one_step.LARGEST_ALPHA, 9)
     yield "05 alpha", [lambda a=a: one_step.one_step_picture(a) for a in alphas]
     yield "06 weights", adaptations()
+    numbers = range(seeds.SEEDS[0], seeds.SEEDS[1] + 1, 2)
+    yield "07 seeds", [lambda n=n: seeds.seeds_picture(3.0, 3.0, n) for n in numbers]
+    driven, drifts = (
+        drift.drive(runs.SHIPPED),
+        np.linspace(-drift.DRIFT_LIMIT, drift.DRIFT_LIMIT, 9),
+    )
+    yield "07 drift", [lambda d=d: drift.drift_picture(driven, d) for d in drifts]
 
 
 def adaptations() -> list[Move]:
