@@ -25,6 +25,7 @@ from emrld_lite.experiments.cluster import local_cluster
 from emrld_lite.experiments.grid import command_of, load_grid
 from emrld_lite.experiments.sweep import (
     announcement,
+    is_shorter,
     iterations_done,
     make_run,
     partial_folder,
@@ -165,6 +166,23 @@ def test_a_run_goes_on_where_it_was_left_and_appears_when_it_is_whole(tmp_path, 
     assert [path.name for path in place.parent.iterdir()] == ["run"]
     assert without_time(runs.load_run(place).curve) == without_time(straight[name])
     assert (place / "unseen.csv").exists()
+
+
+def test_a_finished_run_goes_on_when_the_grid_wants_more_iterations(tmp_path, straight):
+    name = "point2d-optimal-gmps-seed0"
+    config = load_grid(written(tmp_path, RUNS))[name]
+    place = tmp_path / "out" / name
+    make_run(dataclasses.replace(config, iterations=3), str(place))
+    before = (place / "unseen.csv").read_text()
+    assert is_shorter(place, config)
+    make_run(config, str(place))
+    assert not is_shorter(place, config)
+    assert without_time(runs.load_run(place).curve) == without_time(straight[name])
+    assert (place / "unseen.csv").read_text() != before  # tested again
+    assert [path.name for path in place.parent.iterdir()] == [name]
+    shorter = dataclasses.replace(config, iterations=2)  # a longer run is not cut
+    with pytest.raises(InputError, match="iterations differ"):
+        sweep({name: shorter}, place.parent)
 
 
 # --- many runs ----------------------------------------------------------------------------------

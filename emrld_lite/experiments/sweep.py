@@ -48,18 +48,27 @@ def partial_folder(folder: Path) -> Path:
     return folder.parent / f".{folder.name}.partial"
 
 
+def is_shorter(folder: Path, config: TrainConfig) -> bool:
+    """Return whether a finished run differs from ``config`` only in that it has fewer iterations."""
+    held = runs.load_config(folder)
+    changed = runs.differences(config, held)
+    return changed == ["iterations"] and held.iterations < config.iterations
+
+
 def make_run(config: TrainConfig, folder: str, checkpoint_every: int = CHECKPOINT_EVERY) -> str:
     """Make one run on a worker, or go on where a lost worker left it; returns its name.
 
     The run grows in a hidden folder beside its place, with a lock on it, so two workers never
     write one run; when it is trained and evaluated, the folder is renamed. A lost worker loses at
-    most ``checkpoint_every`` iterations.
+    most ``checkpoint_every`` iterations. A finished run with fewer iterations goes on.
     """
     torch.set_num_threads(1)  # one run a core: more threads would only wait for each other
     place = Path(folder)
     grown = partial_folder(place)
     place.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(f"{grown}.lock"):
+        if place.exists() and is_shorter(place, config):
+            os.replace(place, grown)
         if not place.exists():
             begun = (grown / "config.json").exists()
             command = command_of(config, f"data/runs/{place.name}")
@@ -81,7 +90,7 @@ def sweep(
     checkpoint_every: int = CHECKPOINT_EVERY,
     patience: float = PATIENCE,
 ) -> Outcome:
-    """Make every run of ``grid`` that is not in ``out`` yet.
+    """Make every run of ``grid`` that is not in ``out`` yet, or has fewer iterations there.
 
     On a local cluster of ``workers`` processes (by default one a core), or on the running Dask
     scheduler at the address ``scheduler``, whose workers must see the same files. Each run keeps a
@@ -90,7 +99,11 @@ def sweep(
     and before any run when a folder holds a run with other settings than the grid's.
     """
     out = check_target("out", out, folder=True).resolve()
-    kept = [name for name in grid if (out / name).exists()]
+    kept = [
+        name
+        for name, config in grid.items()
+        if (out / name).exists() and not is_shorter(out / name, config)
+    ]
     for name in kept:
         if changed := runs.differences(grid[name], runs.load_config(out / name)):
             raise InputError(
