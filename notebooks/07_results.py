@@ -935,7 +935,7 @@ for seed, row in enumerate(table):
 clock.at("the later steps")
 guess.ask("later", "after three full steps the return is", ["higher", "about as high", "lower"])
 
-# %% tags=["later-rates", "statistical", "tolerance:0.15", "tolerance:abs=8", "reveal"]
+# %%
 seeds = stored_seeds(runs.SHIPPED, "two_wheeled", "suboptimal")
 
 
@@ -954,6 +954,7 @@ def show(table):
         print(f"  later steps at {rate:.2f} of alpha" + "".join(f"{mean:8.1f}" for mean in means))
 
 
+# %% tags=["later-rates", "statistical", "tolerance:0.15", "tolerance:abs=8", "reveal"]
 training = {rate: returns_at(rate) for rate in (1.0, 0.3, 0.1, 0.03)}
 print("EMRLD, mean return after 0, 1, 2 and 3 steps, training tasks")
 show(training)
