@@ -761,8 +761,8 @@ for name, training in trainings().items():
     )
 
 # %% [markdown] tags=["reveal"]
-# A looks steep, because its panel begins at 72. B looks flat, because its panel reaches to 80, and it has grown by a third. C is flat, and whoever sees its return alone takes it for a training that has come to its end. Its policies
-# were torn apart several times. (Which is why this workbook prints the KL of every update, and why a figure should start its axis at zero or say that it does not.)
+# A looks steep, because its panel begins at 72. B looks flat, because its panel reaches to 80, and it has grown by a third. C is flat, and its return alone looks like that of a training that has come to its end; but several of its updates moved
+# the policies by thousands of nats. D does both: it climbs, and it broke down. So this workbook keeps the KL of every update, and a figure should start its axis at zero or say that it does not.
 
 # %% [markdown]
 # Now the stored runs, by the same two rules. **Predict first.** Which algorithms have updates of more than one nat?
