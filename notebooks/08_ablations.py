@@ -34,8 +34,8 @@ import torch
 
 from emrld_lite import losses, policy
 from emrld_lite.adapt import adapt, warm_start
+from emrld_lite.classroom import by_weight, few_seeds, own_experiment, plans
 from emrld_lite.classroom import checks as check
-from emrld_lite.classroom import few_seeds, own_experiment, plans
 from emrld_lite.classroom.clock import Clock
 from emrld_lite.classroom.predict import Guesses
 from emrld_lite.classroom.sketches.one_change import one_change
@@ -372,7 +372,14 @@ plt.show()
 
 # %% [markdown] tags=["reveal"]
 # *Figure 4 (the paper's Fig. 7). Left: $w_{\mathrm{rl}}$ varied. Right: $w_{\mathrm{bc}}$ varied. The darker the line, the larger the weight. Point2D, optimal data; means over the stored
-# seeds, bands from the lowest to the highest. Compare how far the lines of a panel lie apart at the end with how wide the bands of a single line are.*
+# seeds, bands from the lowest to the highest. Five lines and their bands lie upon each other, so the next figure turns the same runs round.*
+
+# %% tags=["return-and-speed", "reveal"]
+figure = by_weight.return_and_speed(runs.SHIPPED)
+plt.show()
+
+# %% [markdown] tags=["reveal"]
+# *Figure 5. The same runs against the weight that is varied: return over the last ten iterations (left), and iterations until the return first is 35 (right). Points are seeds, lines their means. Compare how far a line moves with how far the seeds of one setting lie apart.*
 
 # %% tags=["sensitivity-verdicts", "reveal"]
 spans, halfway = {}, {}
@@ -428,17 +435,18 @@ figure = paper_figures.switches(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]
-# *Figure 5. EMRLD-WS on Point2D, each switch of the ledger by itself: mean return on twenty unseen goals (diamond), from the
+# *Figure 6. EMRLD-WS on Point2D, each switch of the ledger by itself: mean return on twenty unseen goals (diamond), from the
 # worst seed to the best (line), and each seed (dots). Grey: the control's range, which is wide, too.*
 
 
-# %% tags=["switch-verdicts", "reveal"]
+# %%
 def iterations_to_70(run):
     """Return after how many meta-iterations a stored run first returns 70 or more, None if never."""
     curve = runs.load_curve(run / "curve.csv")
     return next((row.iteration + 1 for row in curve if row.return_after >= 70), None)
 
 
+# %% tags=["switch-verdicts", "reveal"]
 studied = switch_runs(runs.SHIPPED)
 usual, worth = run_scores(studied[CONTROL], 1), WORTH * EARNED["point2d"]
 told = {}
@@ -496,7 +504,7 @@ guess.reveal("carried", f"{carried} of {len(told)}")
 # </details>
 #
 # <details><summary>Hint 2: my expectation came true and the verdict is "not distinguishable"</summary>
-# Look at Figure 6 and at the interval. How often would this experiment have said "behind" if you are right? Notebook 07 can tell.
+# Look at Figure 7 and at the interval. How often would this experiment have said "behind" if you are right? Notebook 07 can tell.
 # </details>
 
 # %%
@@ -539,7 +547,7 @@ print(f"You expected: {chosen['expected']}")
 print(f"It is:        {said}, where a loss of 5 would matter")
 
 # %% [markdown]
-# *Figure 6. Your switched trainings (dashed) and their controls (solid), live: thin lines are seeds, thick ones their means. Look at how far the seeds of one side lie apart before you look at the difference of the thick lines.*
+# *Figure 7. Your switched trainings (dashed) and their controls (solid), live: thin lines are seeds, thick ones their means. Look at how far the seeds of one side lie apart before you look at the difference of the thick lines.*
 #
 # If the verdict is "not distinguishable", ask what your design could have seen: with the gap and the spread that you measured, how many seeds would have been needed?
 

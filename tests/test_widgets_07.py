@@ -7,12 +7,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from emrld_lite.classroom import few_seeds, made_up_curves, own_experiment, plans
+from emrld_lite.classroom import by_weight, few_seeds, made_up_curves, own_experiment, plans
 from emrld_lite.classroom.sketches import deals, one_change
 from emrld_lite.classroom.widgets import drift, seeds
 from emrld_lite.experiments.intervals import AHEAD, BEHIND, EVEN, shift_interval, verdict
 from emrld_lite.experiments.plotting import LOOKS
+from emrld_lite.experiments.results import training_scores
 from emrld_lite.experiments.runs import SHIPPED
+from emrld_lite.experiments.studies import SENSITIVITY_END, sensitivity_runs
 from emrld_lite.rollout import episode_returns
 from emrld_lite.validation import InputError
 
@@ -177,3 +179,23 @@ def test_a_live_experiment_trains_both_sides_from_the_same_seeds():
         "control",
         "switched",
     ]
+
+
+def test_a_weight_is_drawn_with_every_seed_s_return_and_speed():
+    figure = by_weight.return_and_speed(SHIPPED)
+    late, speed = figure.axes[:2]
+    panel = sensitivity_runs(SHIPPED, "emrld", "w_bc")
+    means = [line for line in late.lines if line.get_label().endswith("varied")]
+    assert list(means[1].get_ydata()) == pytest.approx(
+        [training_scores(seeds, SENSITIVITY_END).mean() for seeds in panel.values()]
+    )
+    points = [line for line in speed.lines if not line.get_label().endswith("varied")]
+    seeds_drawn = sum(len(line.get_ydata()) for line in points)
+    both = [sensitivity_runs(SHIPPED, "emrld", varied) for varied in ("w_rl", "w_bc")]
+    assert seeds_drawn == sum(len(seeds) for one in both for seeds in one.values())
+
+
+def test_a_run_that_never_gets_there_waits_to_the_end():
+    run = next(iter(sensitivity_runs(SHIPPED, "emrld", "w_bc").values()))[0]
+    assert by_weight.iterations_to(run, 1000.0, 100) == 100
+    assert by_weight.iterations_to(run, -1000.0, 100) == 1

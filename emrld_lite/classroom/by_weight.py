@@ -1,0 +1,66 @@
+"""Fig. 7 turned round: what a weight does to the end of a training, and to its speed, seed by seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..experiments import plotting
+from ..experiments.results import training_scores
+from ..experiments.runs import load_curve
+from ..experiments.studies import SENSITIVITY_END, sensitivity_runs
+
+HALFWAY = 35.0  # of a return of about 70
+VARIED = {
+    "w_rl": {"color": "#9A6A00", "marker": "o", "linestyle": "-"},
+    "w_bc": {"color": "#333333", "marker": "s", "linestyle": "--"},
+}
+APART = {"w_rl": -0.015, "w_bc": 0.015}  # so that the points of both can be seen
+
+
+def iterations_to(run: Path, target: float, end: int) -> int:
+    """Return after how many iterations a stored run first returns ``target``, ``end`` if not before."""
+    curve = load_curve(run / "curve.csv")[:end]
+    reached = (row.iteration + 1 for row in curve if row.return_after >= target)
+    return next(reached, end)
+
+
+def return_and_speed(folder: Path, algorithms: Sequence[str] = ("emrld", "emrld-ws")) -> Figure:
+    """Return late return (left) and iterations to 35 (right) against each weight, a row per algorithm.
+
+    Points are seeds, lines their means. The weight that is not varied is 1.
+    """
+    figure, panels = plt.subplots(
+        len(algorithms), 2, figsize=(8.8, 5.0), sharex=True, squeeze=False
+    )
+    for (late, speed), algorithm in zip(panels, algorithms, strict=True):
+        for varied in VARIED:
+            runs = sensitivity_runs(folder, algorithm, varied)
+            ends = {value: training_scores(seeds, SENSITIVITY_END) for value, seeds in runs.items()}
+            waits = {
+                value: np.array([iterations_to(run, HALFWAY, SENSITIVITY_END) for run in seeds])
+                for value, seeds in runs.items()
+            }
+            _draw(late, ends, varied)
+            _draw(speed, waits, varied)
+        late.set(ylim=(0, 85), ylabel=f"{plotting.label(algorithm)}\nlate return")
+        speed.set(ylim=(0, SENSITIVITY_END), ylabel=f"iterations to {HALFWAY:g}")
+    for axes in panels[-1]:
+        axes.set(xlabel="weight (the other is 1)", xticks=(0.2, 0.4, 0.6, 0.8, 1.0))
+    panels[0, 1].legend(loc="upper right")
+    return figure
+
+
+def _draw(axes: Axes, values: dict[float, np.ndarray], varied: str) -> None:
+    """Draw one number per seed against the weight, and the line of the means."""
+    look, symbol = VARIED[varied], f"$w_{{\\mathrm{{{varied[2:]}}}}}$ varied"
+    for value, seeds in values.items():
+        marks = {"linestyle": "none", "markersize": 4, "alpha": 0.6}
+        axes.plot([value + APART[varied]] * len(seeds), seeds, **{**look, **marks})
+    places = [value + APART[varied] for value in values]
+    axes.plot(places, [seeds.mean() for seeds in values.values()], label=symbol, **look)
