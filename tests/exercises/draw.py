@@ -14,6 +14,9 @@ from typing import Any
 import numpy as np
 import torch
 
+from emrld_lite.classroom.checks.patience import TimeUp, limited
+
+LONGEST = 5.0  # seconds of the processor for one question; an endless loop is a wrong answer
 Question = tuple[Any, ...]
 Questions = dict[str, Callable[["Draw"], Question]]
 F = torch.float32
@@ -115,8 +118,9 @@ def same(
     for seed in range(1000, 1000 + many):
         question = asked(Draw(seed))
         try:
-            seen = _seen(function, question)
-        except Exception:
+            with limited(LONGEST):
+                seen = _seen(function, question)
+        except (Exception, TimeUp):
             return False
         if not _alike(list(seen), list(_seen(solution, question))):
             return False

@@ -17,8 +17,21 @@ from ...algorithms import ALGORITHMS
 from ...demonstrations import load_demonstrations
 from ...envs import make
 from ...experiments import plotting, runs
+from ...experiments.results import stored_seeds
 from ...policy import initialise
-from . import adaptation, bounds, cloning, drift, exploration, gae, one_step, seeds, sparsity, swamp
+from . import (
+    adaptation,
+    bounds,
+    cloning,
+    drift,
+    exploration,
+    gae,
+    one_step,
+    robot_drift,
+    seeds,
+    sparsity,
+    swamp,
+)
 from .answer import as_image
 
 Move = Callable[[], Figure]
@@ -56,6 +69,10 @@ def moves() -> Iterator[tuple[str, Iterable[Move]]]:
         np.linspace(-drift.DRIFT_LIMIT, drift.DRIFT_LIMIT, 9),
     )
     yield "07 drift", [lambda d=d: drift.drift_picture(driven, d) for d in drifts]
+    stored = stored_seeds(runs.SHIPPED, "two_wheeled_drift", "optimal")
+    found = {name: runs.load_run(stored[name][0]) for name in ("emrld", "emrld-ws", "maml")}
+    robots = robot_drift.drive_everywhere(found)
+    yield "09 drift", [lambda d=d: robot_drift.drift_picture(robots, d) for d in robot_drift.DRIFTS]
 
 
 def adaptations() -> list[Move]:
