@@ -390,10 +390,10 @@ plt.show()
 study = robot_study.load_study()
 
 
-def at_papers_drift(name, stage):
-    """Return each seed's return on the robot under the paper's drift."""
+def at_papers_drift(name, stage, score="mean_return"):
+    """Return each seed's return, or another score, on the robot under the paper's drift."""
     names = [folder.name for folder in seeds[name]]
-    sweep = robot_figures.sweep_of(study, names, "drift", stage)
+    sweep = robot_figures.sweep_of(study, names, "drift", stage, score)
     return sweep.scores[:, np.abs(sweep.values - ROBOT_DRIFT).argmin()]
 
 
@@ -405,10 +405,14 @@ gaps = {}
 for name in ("emrld", "emrld-ws"):
     gaps[name] = shift_interval(at_papers_drift(name, AFTER), at_papers_drift("maml", AFTER))
     print(f"{plotting.label(name)} less MAML: {gaps[name]:+.1f}, {verdict(gaps[name])}")
+for name in ("emrld", "maml"):
+    shares = [at_papers_drift(name, AFTER, score).mean() for score in ("reached", "truly")]
+    print("{} arrives in {:.0%} by its odometry, {:.0%} in truth".format(name, *shares))
 
 # %% [markdown]
 # **Measured.** One step carries both variants of EMRLD to the goal: EMRLD goes from 4.8 to 74.6, EMRLD-WS from 5.2 to 74.6. Their worst seeds have 74.6 and 74.6, and the demonstrations earn 74.4 in the kinematic world, so nothing is lost on the robot. MAML has 73.9 before the step and 74.3 after it. So EMRLD *adapts* best, it gains 69.8, and it does not end
 # *better*: a lead over MAML of more than 0.7 is excluded. Meta-BC reaches 20.4 and GMPS 0.0; neither was good in the kinematic world either (notebook 07). EMRLD-WS's warm-started policy, which has seen the demonstration and no reward, drives the five trajectories at 68.8 on average.
+# All this is by the odometry, which ends the episode and pays for it: by it EMRLD arrives in 100 % of the episodes after its step. The robot itself stood in the goal's box in 58 % of them, and in 42 % of MAML's. An episode ends as soon as the odometry is inside the box, at its edge, where a few centimetres decide. The paper does not say how its robot's arrival was measured.
 #
 # ## 4 · How far it carries
 #
@@ -585,9 +589,9 @@ assert aimed.scores.min() > 60
 #
 # | Section 4.2 and the appendix, in the paper's words | here |
 # |---|---|
-# | "successful with just one step of adaptation" | **holds** for both variants, every seed arrives |
+# | "successful with just one step of adaptation" | **holds** for both variants, every seed arrives by its odometry |
 # | "the variants of EMRLD are the best at quickly adapting to the drift" | **holds** for the gain; **differs** in the end: MAML arrives as well, and needs no step |
-# | "MAML, takes a longer sub-optimal route to reach the reward region, but misses the goal" | **not reproduced**: it takes the expert's way, and arrives with every seed |
+# | "MAML, takes a longer sub-optimal route to reach the reward region, but misses the goal" | **not reproduced**: it takes the expert's way, and arrives with every seed, by its odometry |
 # | "the meta policy collects rewards in the vicinity of the goal region" | **holds** for two of three seeds of EMRLD: they pass through the disc that pays, and miss the goal |
 #
 # ## What was shown

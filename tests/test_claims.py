@@ -376,10 +376,10 @@ def searched(what, *settings, at_best=False):
     return found
 
 
-def robot(name, stage, varied="drift", value=ROBOT_DRIFT):
+def robot(name, stage, varied="drift", value=ROBOT_DRIFT, score="mean_return"):
     """Return the score of each seed on the simulated robot in one case of its study."""
     names = [run.name for run in stored_seeds(SHIPPED, "two_wheeled_drift", "optimal")[name]]
-    sweep = sweep_of(load_study(), names, varied, stage)
+    sweep = sweep_of(load_study(), names, varied, stage, score)
     return sweep.scores[:, np.abs(sweep.values - value).argmin()]
 
 
@@ -408,6 +408,8 @@ def on_robot():
         gap.high,
         *(after["meta-bc"].mean(), after["gmps"].mean()),
         robot("emrld-ws", TRIAL).mean(),
+        *[robot("emrld", AFTER, score=score).mean() for score in ("reached", "truly")],
+        robot("maml", AFTER, score="truly").mean(),
     ]
 
 
@@ -577,6 +579,7 @@ CLAIMS = {
     "README#On a robot that training never saw one step is enough, for its gain": lambda: [
         ROBOT_DRIFT,
         *(robot("emrld", stage).mean() for stage in (BEFORE, AFTER)),
+        robot("emrld", AFTER, score="truly").mean(),
         robot("maml", BEFORE).mean(),
         controller(ROBOT_DRIFT),
         *(robot(n, AFTER, "delay", 1.0).mean() for n in ("emrld", "maml")),
@@ -701,7 +704,8 @@ CLAIMS = {
     "ledger#claim-robot-one-step": lambda: [
         *(ROBOT_DRIFT, ROBOT_TRIALS),
         *[number for n in OURS for number in (robot(n, BEFORE).mean(), robot(n, AFTER).mean())],
-        *[number for n in ("meta-bc", "gmps") for number in (robot(n, AFTER).mean(),)],
+        robot("emrld", AFTER, score="truly").mean(),
+        *[robot(n, AFTER).mean() for n in ("meta-bc", "gmps")],
     ],
     "ledger#claim-robot-maml": lambda: [
         *(robot("maml", stage).mean() for stage in (BEFORE, AFTER)),

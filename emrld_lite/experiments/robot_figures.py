@@ -47,15 +47,20 @@ class Sweep(NamedTuple):
     values: Float[np.ndarray, " value"]
     """In rising order; drifts as rad/s of the robot."""
     scores: Float[np.ndarray, "run value"]
-    """Mean returns."""
+    """Mean returns, or shares of the episodes."""
 
 
-def sweep_of(rows: Sequence[Row], names: Sequence[str], varied: str, stage: str) -> Sweep:
-    """Return the scores of runs in one sweep of the study; raises InputError where one was not driven."""
+def sweep_of(
+    rows: Sequence[Row], names: Sequence[str], varied: str, stage: str, score: str = "mean_return"
+) -> Sweep:
+    """Return the scores of runs in one sweep of the study; raises InputError where one was not driven.
+
+    ``score`` is the column: the mean return, or the share that "reached" the goal, or "truly" did.
+    """
     found: dict[str, dict[float, float]] = {name: {} for name in names}
     for row in rows:
         if row.run in found and (row.varied, row.stage) == (varied, stage):
-            found[row.run][row.bias if varied == "drift" else row.value] = row.mean_return
+            found[row.run][row.bias if varied == "drift" else row.value] = getattr(row, score)
     values = sorted({value for scores in found.values() for value in scores})
     if not values or any(set(scores) != set(values) for scores in found.values()):
         raise InputError(f"study: expected {varied}, {stage} of {list(names)}, got less")
