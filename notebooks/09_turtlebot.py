@@ -407,7 +407,8 @@ for name in ("emrld", "emrld-ws"):
     print(f"{plotting.label(name)} less MAML: {gaps[name]:+.1f}, {verdict(gaps[name])}")
 for name in ("emrld", "maml"):
     shares = [at_papers_drift(name, AFTER, score).mean() for score in ("reached", "truly")]
-    print("{} arrives in {:.0%} by its odometry, {:.0%} in truth".format(name, *shares))
+    arrives = "{} arrives in {:.0%} by its odometry, {:.0%} in truth"
+    print(arrives.format(plotting.label(name), *shares))
 
 # %% [markdown]
 # **Measured.** One step carries both variants of EMRLD to the goal: EMRLD goes from 4.8 to 74.6, EMRLD-WS from 5.2 to 74.6. Their worst seeds have 74.6 and 74.6, and the demonstrations earn 74.4 in the kinematic world, so nothing is lost on the robot. MAML has 73.9 before the step and 74.3 after it. So EMRLD *adapts* best, it gains 69.8, and it does not end
