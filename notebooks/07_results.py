@@ -51,7 +51,7 @@ from emrld_lite.classroom.widgets import drift as drift_widget
 from emrld_lite.classroom.widgets import seeds as seeds_widget
 from emrld_lite.demonstrators.recipes import unseen_demonstrations
 from emrld_lite.envs import make
-from emrld_lite.experiments import elsewhere, paper_figures, plotting, results, runs
+from emrld_lite.experiments import drift_figures, elsewhere, paper_figures, plotting, results, runs
 from emrld_lite.experiments.evaluation import evaluate_run
 from emrld_lite.experiments.intervals import (
     Interval,
@@ -666,7 +666,7 @@ clock.at("changing dynamics")
 guess.ask("adapt", "MAML before the step, as a share of its return after it (%)")
 
 # %% tags=["figure-6", "reveal"]
-figure = paper_figures.drift(runs.SHIPPED)
+figure = drift_figures.drift(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]

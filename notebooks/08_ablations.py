@@ -41,7 +41,7 @@ from emrld_lite.classroom.predict import Guesses
 from emrld_lite.classroom.sketches.one_change import one_change
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
-from emrld_lite.experiments import paper_figures, plotting, runs
+from emrld_lite.experiments import plotting, runs, study_figures
 from emrld_lite.experiments.intervals import shift_interval, verdict, worst_to_best
 from emrld_lite.experiments.results import (
     EARNED,
@@ -224,7 +224,7 @@ guess.ask("w_bc", "left without cloning")
 guess.ask("w_rl", "left without RL in the adaptation")
 
 # %% tags=["figure-8", "reveal"]
-figure = paper_figures.ablation(runs.SHIPPED)
+figure = study_figures.ablation(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]
@@ -367,7 +367,7 @@ options = ["w_rl, final return", "w_bc, final return", "w_rl, speed", "w_bc, spe
 guess.ask("moves", "the clearest difference is by", options)
 
 # %% tags=["figure-7", "reveal"]
-figure = paper_figures.sensitivity(runs.SHIPPED)
+figure = study_figures.sensitivity(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]
@@ -431,7 +431,7 @@ guess.ask("costs", "the switch that costs most")
 guess.ask("carried", "how many of eight: no loss that matters")
 
 # %% tags=["switches", "reveal"]
-figure = paper_figures.switches(runs.SHIPPED)
+figure = study_figures.switches(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]

@@ -46,7 +46,7 @@ from emrld_lite.envs import drawing, make
 from emrld_lite.envs.turtlebot_body import Hardware, photograph
 from emrld_lite.envs.two_wheeled import drive, velocities
 from emrld_lite.envs.two_wheeled_drift import ROBOT_DRIFT
-from emrld_lite.experiments import plotting, robot_figures, robot_study, runs
+from emrld_lite.experiments import plotting, robot_driving, robot_figures, robot_study, runs
 from emrld_lite.experiments.intervals import shift_interval, verdict, worst_to_best
 from emrld_lite.experiments.results import stored_seeds
 from emrld_lite.experiments.robot_study import AFTER, BEFORE, TRIAL
@@ -346,7 +346,7 @@ robot, drifts = make("turtlebot"), torch.tensor([[ROBOT_DRIFT]])
 arrived = {}
 for name in ("emrld", "maml"):
     run, random = runs.load_run(seeds[name][0]), torch.Generator().manual_seed(0)
-    shown = robot_study.simulated_demonstrations(run, drifts)
+    shown = robot_driving.simulated_demonstrations(run, drifts)
     rule, score = run.config.adaptation("optimal"), run.config.score()
 
     def on_robot(params, trajectories, random=random):
@@ -375,9 +375,9 @@ guess.reveal("unadapted", "MAML: EMRLD's needs the adaptation step")
 # %% tags=["figure-6-robot"]
 policies = {name: runs.load_run(seeds[name][0]) for name in ALGORITHMS}
 driven = {
-    name: robot_study.adapt_on_robot(run, drifts, episodes=5) for name, run in policies.items()
+    name: robot_driving.adapt_on_robot(run, drifts, episodes=5) for name, run in policies.items()
 }
-controlled = robot_study.controller_on_robot(drifts, episodes=5)
+controlled = robot_driving.controller_on_robot(drifts, episodes=5)
 figure = robot_figures.robot_paths(driven, controlled)
 plt.show()
 
@@ -536,7 +536,7 @@ for label, gain_at, look in (
     means = []
     for delay in delays:
         hardware, gain = Hardware(delay=delay), gain_at(delay)
-        steered = robot_study.controller_on_robot(biases, hardware, episodes=3, gain=gain)
+        steered = robot_driving.controller_on_robot(biases, hardware, episodes=3, gain=gain)
         means.append(float(episode_returns(steered.rollout).mean()))
     axes.plot(delays, means, marker="o", label=label, **look)
     print(

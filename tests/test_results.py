@@ -11,7 +11,15 @@ import pytest
 from emrld_lite.__main__ import main
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import half_cheetah
-from emrld_lite.experiments import paper_figures, plotting, results, runs, studies
+from emrld_lite.experiments import (
+    drift_figures,
+    paper_figures,
+    plotting,
+    results,
+    runs,
+    studies,
+    study_figures,
+)
 from emrld_lite.validation import InputError
 
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
@@ -180,6 +188,7 @@ def test_every_figure_is_drawn_from_the_stored_runs(tmp_path):
         "fig-4-suboptimal",
         "fig-5-trajectories",
         "fig-6-drift",
+        "drift-readings",
         "fig-6-robot",
         "fig-7-sensitivity",
         "fig-8-ablation",
@@ -211,7 +220,7 @@ def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():
 
 
 def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
-    figure = paper_figures.sensitivity(runs.SHIPPED)
+    figure = study_figures.sensitivity(runs.SHIPPED)
     titles = [axes.get_title() for axes in figure.axes]
     assert [title.partition(",")[0] for title in titles] == ["EMRLD"] * 2 + ["EMRLD-WS"] * 2
     shown = [
@@ -227,7 +236,7 @@ def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
 
 
 def test_the_ablation_figure_shows_what_is_left_without_each_loss():
-    figure = paper_figures.ablation(runs.SHIPPED)
+    figure = study_figures.ablation(runs.SHIPPED)
     for axes, stem in zip(
         figure.axes, ("ablation-optimal-w_bc0.0", "point2d-optimal-maml"), strict=True
     ):
@@ -240,7 +249,7 @@ def test_the_ablation_figure_shows_what_is_left_without_each_loss():
 
 
 def test_the_switches_stand_below_their_control():
-    axes = paper_figures.switches(runs.SHIPPED).axes[0]
+    axes = study_figures.switches(runs.SHIPPED).axes[0]
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names == list(studies.switch_runs(runs.SHIPPED))
     assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first row is on top
@@ -258,10 +267,10 @@ def test_the_demonstrations_stand_by_world_and_quality():
 @pytest.mark.parametrize(
     "draw",
     [
-        paper_figures.drift,
-        paper_figures.sensitivity,
-        paper_figures.ablation,
-        paper_figures.switches,
+        drift_figures.drift,
+        study_figures.sensitivity,
+        study_figures.ablation,
+        study_figures.switches,
     ],
 )
 def test_a_folder_with_one_run_draws_what_it_can(tmp_path, draw):

@@ -13,7 +13,7 @@ from emrld_lite.envs import make
 from emrld_lite.envs.turtlebot import TurtleBot
 from emrld_lite.envs.turtlebot_body import Hardware
 from emrld_lite.envs.two_wheeled_drift import DRIFT_GOAL, ROBOT_DRIFT
-from emrld_lite.experiments import robot_study, runs, textbook
+from emrld_lite.experiments import robot_driving, robot_study, runs, textbook
 from emrld_lite.policy import per_task
 from emrld_lite.rollout import collect, episode_returns, follow
 from emrld_lite.validation import InputError
@@ -82,8 +82,8 @@ def test_a_gain_that_no_robot_has_is_refused(gain):
 
 def test_a_literal_drift_turns_the_robot_twice_as_fast():
     drifts = torch.tensor([[-0.65], [0.2]])
-    rate = robot_study.robot_bias(make("two_wheeled_drift"), drifts)
-    literal = robot_study.robot_bias(make("two_wheeled_literal_drift"), drifts)
+    rate = robot_driving.robot_bias(make("two_wheeled_drift"), drifts)
+    literal = robot_driving.robot_bias(make("two_wheeled_literal_drift"), drifts)
     assert rate.flatten().tolist() == pytest.approx([-0.65, 0.2])
     assert literal.flatten().tolist() == pytest.approx([-1.3, 0.4])
 
@@ -92,8 +92,8 @@ def test_a_literal_drift_turns_the_robot_twice_as_fast():
 def test_the_robot_drifts_as_the_world_that_trained_for_it(name):
     world = make(name)
     drifts = torch.tensor([[-0.65], [0.5]])
-    bias = robot_study.robot_bias(world, drifts)
-    robot = robot_study.robot_for(world, LITTLE)
+    bias = robot_driving.robot_bias(world, drifts)
+    robot = robot_driving.robot_for(world, LITTLE)
     ahead = torch.tensor([-1.0, 0.0]).expand(2, 1, 2)  # stands, and turns
     turned = []
     for family, tasks in ((world, drifts), (robot, bias)):
@@ -105,13 +105,13 @@ def test_the_robot_drifts_as_the_world_that_trained_for_it(name):
 
 
 def test_the_robot_sees_what_its_policy_was_trained_to_see():
-    assert robot_study.robot_for(make("two_wheeled_drift", heading=False)).state_dim == 2
-    assert robot_study.robot_for(make("two_wheeled_drift")).state_dim == 3
+    assert robot_driving.robot_for(make("two_wheeled_drift", heading=False)).state_dim == 2
+    assert robot_driving.robot_for(make("two_wheeled_drift")).state_dim == 3
 
 
 def test_the_witness_writes_down_where_the_robot_was():
     wide = TurtleBot(hardware=Hardware(odometry_slide=0.3))
-    witness = robot_study.Witness(wide)
+    witness = robot_driving.Witness(wide)
     tasks = torch.tensor([[0.0], [0.8]])
     act = textbook.aim(GOAL, wide.omega_limit)
     rollout = follow(witness, tasks, act, 6, torch.Generator().manual_seed(0))
@@ -131,8 +131,8 @@ def test_the_witness_writes_down_where_the_robot_was():
 def test_the_experiment_is_one_adaptation_step_from_what_the_robot_saw():
     run = runs.load_run(STORED)
     world, drifts = run.config.environment(), torch.tensor([[ROBOT_DRIFT]])
-    made = robot_study.adapt_on_robot(run, drifts, LITTLE, episodes=3, seed=4)
-    robot, bias = robot_study.robot_for(world, LITTLE), robot_study.robot_bias(world, drifts)
+    made = robot_driving.adapt_on_robot(run, drifts, LITTLE, episodes=3, seed=4)
+    robot, bias = robot_driving.robot_for(world, LITTLE), robot_driving.robot_bias(world, drifts)
     random = torch.Generator().manual_seed(4)
     meta_params = per_task(run.meta_params, 1)
     before = collect(robot, bias, meta_params, 3, random)
@@ -151,7 +151,7 @@ def test_the_experiment_is_one_adaptation_step_from_what_the_robot_saw():
 def test_other_worlds_have_no_robot():
     run = runs.load_run(sorted(runs.SHIPPED.glob("point2d-optimal-emrld-seed0"))[0])
     with pytest.raises(InputError, match="point2d: expected a run of changing dynamics"):
-        robot_study.adapt_on_robot(run, torch.tensor([[0.0]]))
+        robot_driving.adapt_on_robot(run, torch.tensor([[0.0]]))
 
 
 def test_every_case_varies_one_thing_at_the_papers_drift():
@@ -205,14 +205,14 @@ def test_a_row_is_the_mean_over_tries_and_episodes():
     rows = list(robot_study.study_run(run, name, seed=3))
     world = run.config.environment()
     drifts = torch.tensor([ROBOT_DRIFT, 0.5 * world.drift_limit]).repeat_interleave(2)[:, None]
-    made = robot_study.adapt_on_robot(run, drifts, seed=3)
+    made = robot_driving.adapt_on_robot(run, drifts, seed=3)
     for stage, driven in zip(("before", "trial", "after"), made, strict=True):
         totals = episode_returns(driven.rollout)
         for value, tries in ((ROBOT_DRIFT, totals[:2]), (0.5 * world.drift_limit, totals[2:])):
             (row,) = [r for r in rows if (r.varied, r.value, r.stage) == ("drift", value, stage)]
             assert row.mean_return == pytest.approx(float(tries.mean()), abs=1e-3)
             assert row.bias == pytest.approx(
-                float(robot_study.robot_bias(world, torch.tensor([[value]]))), abs=1e-4
+                float(robot_driving.robot_bias(world, torch.tensor([[value]]))), abs=1e-4
             )
 
 

@@ -12,7 +12,7 @@ from emrld_lite.classroom.sketches.topics import topics
 from emrld_lite.classroom.widgets import robot_drift
 from emrld_lite.envs.turtlebot_body import Hardware
 from emrld_lite.envs.two_wheeled import TIME_STEP
-from emrld_lite.experiments import robot_figures, robot_study, runs
+from emrld_lite.experiments import robot_driving, robot_figures, runs
 from emrld_lite.experiments.robot_study import AFTER, BEFORE, Row
 from emrld_lite.rollout import episode_returns
 from emrld_lite.validation import InputError
@@ -80,8 +80,8 @@ def test_a_sweep_that_lacks_a_case_is_refused():
 
 def test_the_paths_of_fig_6_begin_at_the_start_and_say_who_arrived():
     run, drifts = runs.load_run(STORED), torch.tensor([[-0.65]])
-    driven = {"emrld": robot_study.adapt_on_robot(run, drifts, episodes=2)}
-    controller = robot_study.controller_on_robot(drifts, episodes=2)
+    driven = {"emrld": robot_driving.adapt_on_robot(run, drifts, episodes=2)}
+    controller = robot_driving.controller_on_robot(drifts, episodes=2)
     figure = robot_figures.robot_paths(driven, controller)
     titles = [axes.get_title() for axes in figure.axes]
     counts = [

@@ -26,6 +26,7 @@ EARNED = {
     "two_wheeled": 84.0,
     "half_cheetah": 237.0,
     "two_wheeled_drift": 74.4,
+    "two_wheeled_literal_drift": 74.5,
 }
 
 

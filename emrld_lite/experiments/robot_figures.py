@@ -17,16 +17,8 @@ from ..envs.two_wheeled_drift import ROBOT_DRIFT, TwoWheeledDrift
 from ..validation import InputError
 from . import plotting
 from .results import stored_seeds
-from .robot_study import (
-    AFTER,
-    BEFORE,
-    Adapted,
-    Driven,
-    Row,
-    adapt_on_robot,
-    controller_name,
-    controller_on_robot,
-)
+from .robot_driving import Adapted, Driven, adapt_on_robot, controller_on_robot
+from .robot_study import AFTER, BEFORE, Row, controller_name
 from .runs import load_run
 
 NOBODY = {"color": "black", "linestyle": "-.", "linewidth": 1.2}  # the textbook controller's look

@@ -1,12 +1,13 @@
-"""Which stored runs belong to which study: sensitivity, ablation, and the ledger's switches.
+"""Which stored runs belong to which study: sensitivity, ablation, the ledger's switches, changing dynamics.
 
-Each study varies one thing on Point2D and compares with a control that stands in the main
-comparison; the grids are data/grids/{sensitivity,ablation,switches}.toml.
+The first three vary one thing on Point2D and compare with a control that stands in the main
+comparison; the grids are data/grids/{sensitivity,ablation,switches,drift}.toml.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 from ..trpo import TrustRegion
 from ..validation import check_choice
@@ -32,6 +33,27 @@ SWITCHES = {
     "reward-elsewhere": "reward of 1e-5 elsewhere",
     "no-normalisation": "advantages not normalised",
 }
+
+
+class Reading(NamedTuple):
+    """One way to read Section 4.2's experiment: how the drift acts, and what a policy sees."""
+
+    title: str
+    env: str
+    heading: bool
+    """Whether the heading is in the state; the paper's text has S in R^2."""
+    runs: str
+    """What its runs are called before the quality of their data."""
+
+
+READINGS = tuple(
+    Reading(f"{drift}, heading {seen}", env, heading, env + ("" if heading else "-headless"))
+    for heading, seen in ((True, "seen"), (False, "hidden"))
+    for env, drift in (
+        ("two_wheeled_drift", "drift a rate"),
+        ("two_wheeled_literal_drift", "drift as printed"),
+    )
+)
 
 
 def sensitivity_runs(folder: Path, algorithm: str, varied: str) -> dict[float, list[Path]]:

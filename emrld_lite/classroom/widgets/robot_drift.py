@@ -15,8 +15,8 @@ from matplotlib.layout_engine import PlaceHolderLayoutEngine
 
 from ...envs.two_wheeled_drift import DRIFT_LIMIT, TwoWheeledDrift
 from ...experiments import plotting
+from ...experiments.robot_driving import Adapted, Driven, adapt_on_robot, controller_on_robot
 from ...experiments.robot_figures import NOBODY, UNADAPTED
-from ...experiments.robot_study import Adapted, Driven, adapt_on_robot, controller_on_robot
 from ...experiments.runs import Run
 from ...rollout import episode_returns
 from ...validation import InputError
