@@ -177,7 +177,7 @@ def _watch(futures: dict[str, Future], grid: dict[str, TrainConfig], out: Path) 
     total = sum(config.iterations for config in grid.values())
     failed: dict[str, str] = {}
     with tqdm(total=total, unit="iteration", desc=f"{len(grid)} runs") as bar:
-        bar.n = bar.initial = sum(iterations_done(out / name, grid[name]) for name in grid)
+        bar.n = bar.initial = sum(iterations_done(out / name) for name in grid)
         while True:
             states = {name: future.status for name, future in futures.items()}
             lost = [name for name, state in states.items() if state in LOST]
@@ -188,7 +188,7 @@ def _watch(futures: dict[str, Future], grid: dict[str, TrainConfig], out: Path) 
             for name, state in states.items():
                 if state == "error" and name not in failed:
                     failed[name] = str(futures[name].exception())
-            bar.n = sum(iterations_done(out / name, grid[name]) for name in grid)
+            bar.n = sum(iterations_done(out / name) for name in grid)
             waiting = sum(state == "pending" for state in states.values())
             bar.set_postfix_str(f"{len(grid) - waiting} of {len(grid)} runs finished")
             if not waiting:
@@ -196,11 +196,9 @@ def _watch(futures: dict[str, Future], grid: dict[str, TrainConfig], out: Path) 
             time.sleep(POLL)
 
 
-def iterations_done(folder: Path, config: TrainConfig) -> int:
-    """Return how many iterations of a run are on disk."""
-    if folder.exists():
-        return config.iterations
-    curve = partial_folder(folder) / "curve.csv"
+def iterations_done(folder: Path) -> int:
+    """Return how many iterations of a run are on disk; a finished one may be about to go on."""
+    curve = (folder if folder.exists() else partial_folder(folder)) / "curve.csv"
     try:
         return max(0, curve.read_bytes().count(b"\n") - 1)
     except FileNotFoundError:
