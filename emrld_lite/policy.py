@@ -131,6 +131,14 @@ def distribution(params: Params, states: Float[Tensor, "task ... state"]) -> Gau
     return Gaussian(means, log_sigma.reshape(shape).expand_as(means))
 
 
+def without_noise(params: Params) -> Params:
+    """Return the same policies with the smallest sigma there is: they act by their mean."""
+    bias = params[
+        f"bias_{layer_count(params) - 1}"
+    ]  # of the last layer, (action,) or (task, action)
+    return dict(params, log_sigma=torch.full_like(bias, LOG_SIGMA_BOUNDS[0]))
+
+
 def log_density(
     gaussian: Gaussian, actions: Float[Tensor, "*at action"], kind: LogDensity = "joint"
 ) -> Float[Tensor, "*at"]:

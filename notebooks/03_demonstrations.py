@@ -52,6 +52,7 @@ from emrld_lite.demonstrators.cloning import clone
 from emrld_lite.demonstrators.expert import ExpertConfig, GoalConditioned, train_expert
 from emrld_lite.envs import make
 from emrld_lite.experiments import plotting
+from emrld_lite.policy import without_noise
 from emrld_lite.rollout import collect, episode_returns
 
 # %%
@@ -108,11 +109,6 @@ clock.at("an expert")
 
 
 # %%
-def without_noise(params):
-    """Return the same policies with a sigma so small that they act by their mean."""
-    return dict(params, log_sigma=torch.full_like(params["log_sigma"], -12.0))
-
-
 def package_way(params, told):
     """Return where an expert goes, (task, time, 2), by the package's functions."""
     draws = torch.Generator().manual_seed(0)

@@ -34,6 +34,7 @@ from emrld_lite.experiments.results import (
     run_scores,
     seeds_of,
     stored_seeds,
+    task_scores,
     training_scores,
 )
 from emrld_lite.experiments.robot_figures import sweep_of
@@ -42,6 +43,7 @@ from emrld_lite.experiments.runs import SHIPPED, load_config, load_curve
 from emrld_lite.experiments.studies import (
     AS_STORED,
     CONTROL,
+    READINGS,
     SENSITIVITY_END,
     STUDY_END,
     WEIGHTS,
@@ -193,16 +195,42 @@ def goals_on_the_left():
     return [sum(np.degrees(np.arctan2(y, x)) > 120 for x, y in places), len(places)]
 
 
-def drift(name, step):
-    seeds = stored_seeds(SHIPPED, "two_wheeled_drift", "optimal")[name]
-    return run_scores(seeds, step).mean()
+SEEN, SEEN_LITERAL, HIDDEN, HIDDEN_LITERAL = (reading.runs for reading in READINGS)
+DRIVEN_DRIFTS = (-0.8, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 0.8)  # on the robot
 
 
-def drift_lead(name):
+def drift(name, step, reading=SEEN):
+    """Return the mean score with changing dynamics, in one reading of the experiment."""
+    return scores(reading, "optimal", name, step).mean()
+
+
+def drift_lead(name, reading=SEEN):
     """Return the interval of one of our variants less MAML after one step, with changing dynamics."""
-    return shift_interval(
-        *(scores("two_wheeled_drift", "optimal", side) for side in (name, "maml"))
-    )
+    return shift_interval(*(scores(reading, "optimal", side) for side in (name, "maml")))
+
+
+def climbs(reading, *names):
+    """Return by how much the curves still rise in one reading of the experiment."""
+    found = stored_seeds(SHIPPED, reading, "optimal")
+    return [late_rise(found[name], EARNED["two_wheeled_drift"]) for name in names]
+
+
+def readings():
+    """Return what 07 says of the experiment without the heading, and with the drift as printed."""
+    printed = stored_seeds(SHIPPED, SEEN_LITERAL, "optimal")["maml"]
+    return [
+        *[drift(name, 1, HIDDEN) for name in ("emrld-ws", "maml")],
+        *drift_lead("emrld-ws", HIDDEN)[1:],
+        drift("emrld", 1, HIDDEN),
+        scores(HIDDEN, "optimal", "maml").max(),
+        *[drift(name, 1, HIDDEN) for name in ("meta-bc", "gmps")],
+        iterations(HIDDEN, "optimal"),
+        *climbs(HIDDEN, *OURS, "maml"),
+        *[drift(name, 1, SEEN_LITERAL) for name in (*OURS, "maml")],
+        task_scores(printed, 1).min(1).max(),
+        *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
+        *[drift_lead(name, HIDDEN_LITERAL).low for name in OURS],
+    ]
 
 
 def rise(env, quality, name):
@@ -376,9 +404,9 @@ def searched(what, *settings, at_best=False):
     return found
 
 
-def robot(name, stage, varied="drift", value=ROBOT_DRIFT, score="mean_return"):
+def robot(name, stage, varied="drift", value=ROBOT_DRIFT, score="mean_return", reading=SEEN):
     """Return the score of each seed on the simulated robot in one case of its study."""
-    names = [run.name for run in stored_seeds(SHIPPED, "two_wheeled_drift", "optimal")[name]]
+    names = [run.name for run in stored_seeds(SHIPPED, reading, "optimal")[name]]
     sweep = sweep_of(load_study(), names, varied, stage, score)
     return sweep.scores[:, np.abs(sweep.values - value).argmin()]
 
@@ -394,18 +422,14 @@ def controller(value):
 def on_robot():
     """Return what 09 says of the paper's drift."""
     before, after = ({n: robot(n, stage) for n in ALGORITHMS} for stage in (BEFORE, AFTER))
-    gap = shift_interval(after["emrld"], after["maml"])
-    assert gap.low <= 0.1 and gap.high < 2  # at most a hair ahead
+    leads = [shift_interval(after[name], after["maml"]) for name in OURS]
+    assert all(0 < gap.low < 0.1 for gap in leads)  # a hair ahead
     return [
         *[number for n in OURS for number in (before[n].mean(), after[n].mean())],
         *[after[n].min() for n in OURS],
         EARNED["two_wheeled_drift"],
-        *(
-            before["maml"].mean(),
-            after["maml"].mean(),
-            after["emrld"].mean() - before["emrld"].mean(),
-        ),
-        gap.high,
+        *(before["maml"].mean(), after["maml"].mean()),
+        *(min(gap.low for gap in leads), max(gap.high for gap in leads)),
         *(after["meta-bc"].mean(), after["gmps"].mean()),
         robot("emrld-ws", TRIAL).mean(),
         *[robot("emrld", AFTER, score=score).mean() for score in ("reached", "truly")],
@@ -413,20 +437,42 @@ def on_robot():
     ]
 
 
+def blind(name, stage=AFTER, score="mean_return"):
+    """Return each seed's score on the robot under the paper's drift, of policies without the heading."""
+    return robot(name, stage, score=score, reading=HIDDEN)
+
+
+def on_robot_without_heading():
+    """Return what 09 says of the policies that do not see their heading."""
+    names = ("emrld-ws", "emrld", "maml")
+    return [
+        *[blind(name).mean() for name in names],
+        *[shift_interval(blind(name), blind("maml")).low for name in names[:2]],
+        *[blind(name, score="reached").mean() for name in names],
+        *[(blind(n) - blind(n, BEFORE)).mean() for n in ("maml", "emrld", "emrld-ws")],
+        *[blind(name).mean() for name in ("meta-bc", "gmps")],
+    ]
+
+
 def robot_sweep():
     """Return what 09 says of drifts, delays, the gyroscope and ice."""
-    least = min(robot("emrld", AFTER, value=value).mean() for value in (-0.8, -0.4, 0.0, 0.4, 0.65))
+    three = ("emrld", "emrld-ws", "maml")
+    cost = {
+        n: robot(n, AFTER, "delay", 0.0).mean() - robot(n, AFTER, "delay", 0.5).mean()
+        for n in three
+    }
     return [
-        *(0.65, -0.8, least, 0.8),
-        *[robot(n, AFTER, value=0.8).mean() for n in (*OURS, "maml")],
-        *(robot("maml", stage, value=0.65).mean() for stage in (BEFORE, AFTER)),
-        robot("emrld", AFTER, "delay", 0.0).mean() - robot("emrld", AFTER, "delay", 0.5).mean(),
-        *[robot(n, AFTER, "delay", 1.0).mean() for n in (*OURS, "maml")],
-        *[robot(n, AFTER, "delay", 1.5).mean() for n in (*OURS, "maml")],
+        min(robot("emrld-ws", AFTER, value=value).mean() for value in DRIVEN_DRIFTS),
+        *(robot("emrld", AFTER, value=0.4).mean(), 0.4),
+        *(robot("emrld", AFTER, value=0.8).mean(), 0.8),
+        *(robot("maml", AFTER, value=-0.8).mean(), -0.8),
+        *(cost["emrld-ws"], cost["emrld"], cost["maml"]),
+        *[robot(n, AFTER, "delay", 1.0).mean() for n in three],
+        *[robot(n, AFTER, "delay", 1.5).mean() for n in three],
         0.4,
-        *[robot(n, AFTER, "odometry_turn", 0.4).mean() for n in (*OURS, "maml")],
+        *[robot(n, AFTER, "odometry_turn", 0.4).mean() for n in three],
         0.02,
-        robot("emrld", AFTER, "friction", 0.02).mean(),
+        robot("emrld-ws", AFTER, "friction", 0.02).mean(),
     ]
 
 
@@ -503,11 +549,14 @@ CLAIMS = {
     ],
     "07#drift-claims": lambda: [
         *[drift(name, 1) for name in ("emrld", "emrld-ws", "maml")],
-        *[drift_lead(name).high for name in OURS],
         drift("maml", 0),
         demonstrated("two_wheeled_drift"),
+        *[scores(SEEN, "optimal", name).min() for name in ("emrld", "maml", "emrld-ws")],
+        *drift_lead("emrld-ws")[1:],
+        drift_lead("emrld").high,
         *[drift(name, 1) for name in ("meta-bc", "gmps")],
     ],
+    "07#reading-claims": readings,
     "07#flattened": lambda: [
         FLAT,
         max(rises(OURS, ["point2d", "two_wheeled"]) + drift_rises()),
@@ -549,10 +598,12 @@ CLAIMS = {
         *switch_waits(CONTROL),
     ],
     "09#robot-at-the-papers-drift": on_robot,
+    "09#robot-without-heading-numbers": on_robot_without_heading,
     "09#robot-sweep-verdicts": robot_sweep,
     "09#controller-against-policies": lambda: [
         controller(None),
-        *(robot("emrld", AFTER).mean(), controller(ROBOT_DRIFT)),
+        min(robot("emrld-ws", AFTER, value=value).mean() for value in DRIVEN_DRIFTS),
+        *(robot("emrld-ws", AFTER).mean(), controller(ROBOT_DRIFT)),
         *(0.8, robot("emrld", AFTER, value=0.8).mean()),
     ],
     "README#The paper's main claim holds": lambda: [
@@ -571,18 +622,20 @@ CLAIMS = {
         lost_at_most(without_rl(*ELSEWHERE[4])),
         late("ablation-optimal-w_bc0.0"),
     ],
-    "README#Changing dynamics: not reproduced": lambda: [
-        drift("maml", 1),
-        drift("emrld", 1),
-        drift("maml", 0),
+    "README#Changing dynamics: two sentences of the paper decide": lambda: [
+        *(drift("maml", 1), drift("emrld", 1), drift("maml", 0)),
+        *[drift(name, 1, HIDDEN) for name in ("emrld-ws", "maml")],
+        drift_lead("emrld-ws", HIDDEN).low,
+        drift("emrld", 1, HIDDEN),
+        *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
     ],
-    "README#On a robot that training never saw one step is enough, for its gain": lambda: [
+    "README#On a robot that training never saw one step is enough": lambda: [
         ROBOT_DRIFT,
-        *(robot("emrld", stage).mean() for stage in (BEFORE, AFTER)),
-        robot("emrld", AFTER, score="truly").mean(),
-        robot("maml", BEFORE).mean(),
+        *(robot("emrld-ws", stage).mean() for stage in (BEFORE, AFTER)),
+        robot("emrld-ws", AFTER, score="truly").mean(),
+        *[blind(name).mean() for name in ("emrld-ws", "emrld", "maml")],
         controller(ROBOT_DRIFT),
-        *(robot(n, AFTER, "delay", 1.0).mean() for n in ("emrld", "maml")),
+        *(robot(n, AFTER, "delay", 1.0).mean() for n in ("emrld-ws", "maml")),
     ],
     "README#The second-order meta-gradient and the mean in the cloning loss matter": lambda: [
         switch("first-order meta-gradient"),
@@ -597,7 +650,7 @@ CLAIMS = {
         *searched("point2d-optimal-meta-bc", "table1", "fixed-sigma"),
         *searched("two_wheeled-optimal-meta-bc", "table1", "fixed-sigma"),
         *searched("point2d-suboptimal-meta-bc", "table1", "fixed-sigma"),
-        max(searched("*-gmps", "*")),
+        max(searched("point2d-*-gmps", "*") + searched("two_wheeled-*-gmps", "*")),
         max(searched("two_wheeled-*-maml", "*")),
         max(searched("two_wheeled-*-maml", "*", at_best=True)),
         max(searched("two_wheeled-*-maml", "unscaled", at_best=True)),
@@ -699,19 +752,26 @@ CLAIMS = {
         *[drift(name, 1) for name in (*OURS, "maml")],
         drift("maml", 0),
         *[drift(name, 1) for name in ("meta-bc", "gmps")],
-        *[drift_lead(name).high for name in OURS],
+        *drift_lead("emrld-ws")[1:],
+        drift_lead("emrld").high,
+        *[drift(name, 1, HIDDEN) for name in (*OURS, "maml")],
+        *drift_lead("emrld-ws", HIDDEN)[1:],
+        *drift_lead("emrld", HIDDEN)[1:],
+        *[drift(name, 1, SEEN_LITERAL) for name in (*OURS, "maml")],
+        *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
     ],
     "ledger#claim-robot-one-step": lambda: [
         *(ROBOT_DRIFT, ROBOT_TRIALS),
         *[number for n in OURS for number in (robot(n, BEFORE).mean(), robot(n, AFTER).mean())],
         robot("emrld", AFTER, score="truly").mean(),
         *[robot(n, AFTER).mean() for n in ("meta-bc", "gmps")],
+        *[number for n in OURS for number in (blind(n, BEFORE).mean(), blind(n).mean())],
+        *[blind(n, score="reached").mean() for n in OURS],
     ],
     "ledger#claim-robot-maml": lambda: [
+        *(blind("maml").mean(), blind("maml", score="reached").mean()),
+        *[shift_interval(blind(n), blind("maml")).low for n in OURS],
         *(robot("maml", stage).mean() for stage in (BEFORE, AFTER)),
-        shift_interval(robot("emrld", AFTER), robot("maml", AFTER)).high,
-        0.65,
-        *(robot("maml", stage, value=0.65).mean() for stage in (BEFORE, AFTER)),
     ],
     "ledger#claim-robot-far": lambda: [
         *[robot(n, AFTER, value=0.8).mean() for n in (*OURS, "maml")],

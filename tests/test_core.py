@@ -81,6 +81,16 @@ def test_fixed_sigma_is_one():
 # --- shapes -------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("learn_sigma", [True, False])
+def test_without_noise_a_policy_acts_by_its_mean(learn_sigma):
+    params = policy.per_task(policy.initialise(3, 2, learn_sigma=learn_sigma, seed=1), 4)
+    states = torch.randn(4, 5, 3)
+    quiet = policy.distribution(policy.without_noise(params), states)
+    assert torch.equal(quiet.mean, policy.mean(params, states))
+    assert quiet.log_sigma.exp().max() < 1e-5
+    assert "log_sigma" in params or not learn_sigma  # the policies given are left as they are
+
+
 def test_a_wrong_shape_in_an_annotation_is_caught_while_tests_run():
     ragged = torch.ones(2, 3), torch.ones(2, 4)  # no episode axis, and times that disagree
     with pytest.raises(jaxtyping.TypeCheckError, match="task episode time"):

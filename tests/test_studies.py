@@ -7,7 +7,7 @@ import pytest
 
 from emrld_lite.experiments import runs, studies
 from emrld_lite.experiments.grid import load_grid
-from emrld_lite.experiments.results import run_scores, seeds_of, training_scores
+from emrld_lite.experiments.results import run_scores, seeds_of, stored_seeds, training_scores
 from emrld_lite.experiments.runs import SHIPPED, differences, load_config
 from emrld_lite.validation import InputError
 
@@ -80,6 +80,19 @@ def test_a_panel_of_the_ablation_leaves_out_one_loss(quality):
             (*expected[label], False)
         }
     assert list(panel) == list(expected)
+
+
+@pytest.mark.parametrize("reading", studies.READINGS, ids=lambda reading: reading.runs)
+def test_a_reading_differs_in_the_drift_and_in_the_state_alone(reading):
+    stored = stored_seeds(SHIPPED, reading.runs, "optimal")
+    first = stored_seeds(SHIPPED, studies.READINGS[0].runs, "optimal")
+    for name, seeds in stored.items():
+        for run in seeds:
+            config = load_config(run)
+            assert (config.env, config.heading) == (reading.env, reading.heading)
+            twin = load_config(first[name][int(run.name[-1])])
+            allowed = {"env", "heading"} | ({"adapt_lr"} if name == "meta-bc" else set())
+            assert set(differences(config, twin)) <= allowed  # a baseline has what its search chose
 
 
 def test_a_study_of_nothing_is_empty(tmp_path):

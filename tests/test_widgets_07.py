@@ -84,12 +84,14 @@ def test_every_deal_is_drawn_once_and_the_framed_one_loses_no_pair():
 
 @pytest.fixture(scope="module")
 def driven():
-    """Return the stored policies' episodes on every drift."""
-    return drift.drive(SHIPPED)
+    """Return the stored policies' episodes on every drift, by whether they see their heading."""
+    return {seen: drift.drive(SHIPPED, seen) for seen in (True, False)}
 
 
+@pytest.mark.parametrize("seen", [True, False])
 @pytest.mark.parametrize("value", [-0.8, -0.3, 0.0, 0.5, 0.8])
-def test_a_panel_states_the_returns_of_the_episodes_it_draws(driven, value):
+def test_a_panel_states_the_returns_of_the_episodes_it_draws(driven, value, seen):
+    driven = driven[seen]
     figure = drift.drift_picture(driven, value)
     task = round((value + 0.8) / 0.1)
     assert figure._suptitle.get_text() == f"drift {value:+.1f} rad/s"
@@ -112,12 +114,20 @@ def test_the_drift_has_a_slider_and_its_ends_are_the_environment_s(driven, monke
     assert [float(end) for end in drift.drifts()[[0, -1], 0]] == pytest.approx([-0.8, 0.8])
     for wrong in (-0.9, 0.81, math.nan):
         with pytest.raises(InputError, match="drift"):
-            drift.drift_picture(driven, wrong)
+            drift.drift_picture(driven[True], wrong)
+
+
+def test_only_the_policies_that_see_it_are_given_the_heading(driven):
+    for seen, state_dim in ((True, 3), (False, 2)):
+        for episodes in driven[seen].values():
+            assert episodes.after.states.shape[-1] == state_dim
 
 
 def test_no_runs_with_the_seed_are_told(tmp_path):
     with pytest.raises(InputError, match="expected runs of two_wheeled_drift"):
         drift.drive(tmp_path)
+    with pytest.raises(InputError, match="expected runs of two_wheeled_drift-headless with seed 3"):
+        drift.drive(tmp_path, heading=False, seed=3)
 
 
 def test_the_four_curves_are_the_four_cases_and_none_is_a_close_call():

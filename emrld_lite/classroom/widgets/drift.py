@@ -21,6 +21,7 @@ from ...experiments import plotting
 from ...experiments.evaluation import evaluate_run
 from ...experiments.results import stored_seeds
 from ...experiments.runs import load_run
+from ...experiments.studies import READINGS
 from ...rollout import Rollout, episode_returns
 from ...validation import InputError, real_number
 from .answer import as_image
@@ -42,16 +43,20 @@ def drifts() -> torch.Tensor:
     return torch.linspace(-DRIFT_LIMIT, DRIFT_LIMIT, count)[:, None]
 
 
-def drive(folder: Path, seed: int = 0) -> dict[str, Driven]:
-    """Return what the stored run of each algorithm with ``seed`` does on every drift; takes seconds."""
+def drive(folder: Path, heading: bool = True, seed: int = 0) -> dict[str, Driven]:
+    """Return what the stored run of each algorithm with ``seed`` does on every drift; takes seconds.
+
+    Of the policies that see their heading, or of those that do not; InputError where there is none.
+    """
+    (reading,) = (r for r in READINGS if r.env == ENV and r.heading == heading)
     data = demonstrate(load_or_train_expert(ENV, "optimal"), ENV, drifts(), "optimal", seed=0)
     found = {}
-    for name, seeds in stored_seeds(folder, ENV, "optimal").items():
+    for name, seeds in stored_seeds(folder, reading.runs, "optimal").items():
         for run in seeds:
             if run.name.endswith(f"-seed{seed}"):
                 found[name] = Driven(*evaluate_run(load_run(run), data, steps=1).rollouts)
     if not found:
-        raise InputError(f"{folder}: expected runs of {ENV} with seed {seed}, got none")
+        raise InputError(f"{folder}: expected runs of {reading.runs} with seed {seed}, got none")
     return found
 
 
@@ -95,13 +100,17 @@ def _paths(rollout: Rollout, task: int, **look: object) -> LineCollection:
     return LineCollection(lines, **look)
 
 
-def drift_sliders(driven: Mapping[str, Driven]) -> None:
-    """Show a slider for the drift above the panels."""
+def drift_sliders(driven: Mapping[bool, Mapping[str, Driven]]) -> None:
+    """Show a slider for the drift above the panels, and a switch that hides the heading.
 
-    def show(drift: float) -> None:
-        display(as_image(drift_picture(driven, drift)))
+    ``driven`` holds the episodes by whether the heading is seen.
+    """
+
+    def show(drift: float, heading: bool) -> None:
+        display(as_image(drift_picture(driven[heading], drift)))
 
     slider = ipywidgets.FloatSlider(
         value=0.0, min=-DRIFT_LIMIT, max=DRIFT_LIMIT, step=STEP, continuous_update=False
     )
-    ipywidgets.interact(show, drift=slider)
+    switch = ipywidgets.ToggleButtons(options={"seen": True, "hidden": False}, value=True)
+    ipywidgets.interact(show, drift=slider, heading=switch)
