@@ -662,10 +662,10 @@ guess.reveal("suffers", ", ".join(f"{t}: {plotting.label(name)}" for t, (_, name
 # Here the goal is the same for all tasks, (2, 1), and what differs is a drift that turns the robot: its heading $\theta$ grows by $\omega_g$ per second on top of what the
 # policy asks for. The paper trains on nine drifts, and finds that "the EMRLD variants clearly outperform the others".
 #
-# **What differs from the paper.** It does not name its nine drifts; ours are spread evenly up to 0.8 radians per second. Two things can be read in two ways, so we ran both readings of each, with five seeds (as printed: three seeds, and neither Meta-BC nor GMPS):
+# **What differs from the paper.** It does not name its nine drifts; ours are spread evenly up to 0.8 radians per second. Two things can be read in two ways, so we ran both readings of each, with five seeds (as printed without Meta-BC and GMPS):
 #
 # - *How the drift acts.* A step lasts $dT = 0.5$ s, so a rate turns the robot by $\omega_g\, dT$. The paper prints $\theta + \omega_g + \omega\, dT$: the same number turns it twice as far. (There our drifts reach 0.7 radians per step; from 0.75 on no steering could hold against them.)
-# - *What a policy sees.* Position and heading, as the robot has them, or position alone, as the paper's text says ($S \in \mathbb R^2$).
+# - *What a policy sees.* Position and heading, as the robot has them, or position alone, as the paper's text says ($S \in \mathbb R^2$). The released code shows the heading in its TwoWheeled world; it has no drift, so which state the paper's runs had here we do not know.
 #
 # First a rate, with the heading seen. **Predict first.** Does a policy that *sees* its heading need to adapt at all? What share of MAML's return after one step is there before it?
 
@@ -712,7 +712,7 @@ figure = drift_figures.readings(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]
-# *Figure 9. Return on twenty unseen drifts by adaptation steps: left the drift as a rate, five seeds, right as the paper prints it, three seeds, without Meta-BC and GMPS; above with the heading in the state, below without. The grey lines are the demonstrations' returns.*
+# *Figure 9. Return on twenty unseen drifts by adaptation steps: left the drift as a rate, right as the paper prints it (without Meta-BC and GMPS), five seeds each; above with the heading in the state, below without. The grey lines are the demonstrations' returns.*
 
 # %% tags=["reading-claims", "reveal"]
 after = {}
@@ -732,7 +732,7 @@ guess.reveal("headless", f"{blind['maml'] / blind['emrld-ws']:.0%}")
 # %% [markdown] tags=["reveal"]
 # **Measured.** With the heading hidden and the drift a rate **the claim holds for EMRLD-WS**: it has 41.1 after one step where MAML has 19.9, and is ahead by 1.5 to 37.1. EMRLD's 31.2 cannot be distinguished from MAML's, one of whose seeds has 47.4. Meta-BC is left with 4.0 and GMPS with 0.0. The curves of EMRLD, EMRLD-WS and MAML still
 # climb after 150 iterations, by 6 %, 18 % and 36 % of their level, so this is a comparison at a budget.
-# **With the drift as printed it holds for both variants, in both states**, three seeds each. With the heading EMRLD and EMRLD-WS have 74.4 and 74.4 and MAML 68.8, whose worst drift earns at most 37.9; without it they have 31.6, 25.2 and 1.7, and are ahead by at least 24.5 and 2.4. The paper's formula and the paper's state together give the paper's picture: MAML fails, and both variants adapt.
+# **With the drift as printed it holds for both variants, in both states.** With the heading EMRLD and EMRLD-WS have 74.3 and 74.4 and MAML 69.1, whose worst drift earns at most 45.1; without it the three have 25.4, 31.6 and 1.4, and the variants are ahead by at least 2.7 and 5.3. The paper's formula and the paper's state together give the paper's picture: MAML fails, and both variants adapt.
 #
 # But what they reach without the heading is a fraction of what the demonstrations earn. Is it the adaptation that fails, or the policy's own noise? Each drawn action turns the robot a little, a policy without the heading does not see it, and the turns add up. So here are the same policies, before the step and after it, acting by their mean:
 
