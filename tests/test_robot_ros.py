@@ -485,7 +485,18 @@ def intruder(master, log):
             end(process, signal.SIGKILL)
 
 
-def test_two_drivers_at_once(robot, master, odometry, tmp_path):
+def test_a_robot_that_two_command_at_once_stops(robot, commander, master, odometry, tmp_path):
+    def both_heard():
+        commander(0.2, 0.0)
+        return "drivers at once" in robot.log.read_text()
+
+    with intruder(master, tmp_path / "intruder.log"):
+        until(both_heard, what="the robot to hear both")
+    stands(odometry)
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_driver_beside_another_leaves(master, odometry, tmp_path):
     with driving(gap=5.0) as driver, intruder(master, tmp_path / "intruder.log"):
         deadline = time.monotonic() + 60.0  # for the other program to start
         with pytest.raises(errors.TwoDrivers, match="found /intruder"):
@@ -498,7 +509,6 @@ def test_two_drivers_at_once(robot, master, odometry, tmp_path):
         driver.close()
         with pytest.raises(errors.TwoDrivers, match="found /intruder"):
             Driver()
-    assert "drivers at once" in robot.log.read_text()
     stands(odometry)
     with driving(gap=5.0) as driver:  # the intruder was killed, but stands in the master's books
         driver.reset()
