@@ -133,9 +133,8 @@ def distribution(params: Params, states: Float[Tensor, "task ... state"]) -> Gau
 
 def without_noise(params: Params) -> Params:
     """Return the same policies with the smallest sigma there is: they act by their mean."""
-    bias = params[
-        f"bias_{layer_count(params) - 1}"
-    ]  # of the last layer, (action,) or (task, action)
+    last = layer_count(params) - 1
+    bias = params[f"bias_{last}"]  # (action,) or (task, action)
     return dict(params, log_sigma=torch.full_like(bias, LOG_SIGMA_BOUNDS[0]))
 
 
