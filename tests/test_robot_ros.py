@@ -97,6 +97,7 @@ def master(tmp_path_factory):
     os.environ.update(told)
     with master_process(port, told):
         until(answers, what="the master")
+        ros.join("emrld_driver")  # publishers and subscribers of a test speak through it
         yield dict(os.environ)
         ROS.rospy.signal_shutdown("the tests are over")
     for name, value in before.items():
@@ -220,7 +221,6 @@ class FakeRobot:
 
 @pytest.fixture
 def fake(master):
-    ros.join("emrld_driver")
     fake = FakeRobot()
     yield fake
     fake.close()
