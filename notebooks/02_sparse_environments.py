@@ -975,8 +975,8 @@ for direction, tilt in tilts.items():
 # | drift | $\theta + \omega_g + \omega\, dT$ (units clash) | not released | $\theta + (\omega + \omega_g)\, dT$; as printed: `two_wheeled_literal_drift` |
 # | drifts of the nine tasks | not said; $-0.65$ at test time | not released | $-0.8$ to $0.8$, evenly |
 # | cheetah's observation | $\mathbb R^{20}$ | joint positions but $x$, velocities, torso | the same |
-# | cheetah paid for $\lvert x - x_0 \rvert > 2$ | "in the correct direction" in words, either way in the formula | not compared | either way |
-# | how a cheetah starts | not said | not compared | at rest, always the same |
+# | cheetah paid for $\lvert x - x_0 \rvert > 2$ | "in the correct direction" in words, either way in the formula | either way | either way |
+# | how a cheetah starts | not said | pose and velocities disturbed | at rest, always the same |
 #
 # ## What was shown
 #

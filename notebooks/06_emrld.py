@@ -57,6 +57,7 @@ from emrld_lite.classroom.widgets.learning_curve import LiveCurve, unlabelled_pa
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.experiments import lottery, plotting, runs
+from emrld_lite.experiments.results import seeds_of
 from emrld_lite.learners import TaskData, Trpo, policies_after
 from emrld_lite.rollout import Rollout, collect, episode_returns
 from emrld_lite.trpo import surrogate_gradient
@@ -643,20 +644,20 @@ guess.reveal("matter", "lost without " + ", ".join(told))
 # optimal, and $w_{\mathrm{rl}} = 0.2$ is small. The rewards did their work elsewhere, in the meta-update, which is RL throughout.
 #
 # **How far does your experiment reach?** Its seeds draw episodes, nothing else. The errors say how surely *this* policy behaves so on *these* tasks. They do not cover other data or another training: for that,
-# trainings must be drawn. Here are the three that the repository keeps, with the same experiment (and the log-density of then, joint):
+# trainings must be drawn. Here are the five that the repository keeps, trained for 100 iterations without a stop at 70, with the same experiment:
 
 # %% tags=["other-trainings", "tolerance:abs=3", "reveal"]
 print("lost without    RL  cloning  warm start")
-for seed in range(3):
-    other = runs.load_run(runs.SHIPPED / f"point2d-optimal-emrld-ws-seed{seed}")
+for seed, folder in enumerate(seeds_of(runs.SHIPPED, "point2d-optimal-emrld-ws")):
+    other = runs.load_run(folder)
     theirs = partial(run, params=other.meta_params, usual=other.config.adaptation("optimal"))
     found = experiment(theirs, (0.2, 1.0, True), (0, 1))
     lost = [float(found[part][0]) for part in ("RL", "cloning", "warm start")]
     print(f"training {seed}  {lost[0]:5.1f} {lost[1]:8.1f} {lost[2]:11.1f}")
-    assert abs(lost[0]) < 1 < 5 < min(lost[1:])
+    assert abs(lost[0]) < 1 < 3 < min(lost[1:])
 
 # %% [markdown] tags=["reveal"]
-# The order is the same in every training: RL adds nothing that one could see, each cloning step something. How much differs several times over from one training to the next, so no single policy tells it. (Notebook 08 *trains* without either term.)
+# The order is the same in every training: RL adds nothing that one could see, each cloning step something. How much differs several times over from one training to the next, so no single policy tells it; and it is less than in your policy, since a training that goes on beyond 70 lets the warm start do more of the turn. (Notebook 08 *trains* without either term.)
 
 # %% [markdown]
 # ### Turn the weights yourself
@@ -724,20 +725,20 @@ print("task 2 in the four settings below:", ", ".join(f"{value:.1f}" for value i
 # %% [markdown]
 # ## 6 · And without demonstrations?
 #
-# The repository keeps three seeds of EMRLD, EMRLD-WS and MAML (`data/runs/`, made by `python -m emrld_lite train` with
-# the settings of then, which `data/README.md` names). MAML runs the very same code with $w_{\mathrm{bc}} = 0$.
+# The repository keeps five seeds each of EMRLD, EMRLD-WS and MAML (`data/runs/`, made by `python -m emrld_lite sweep data/grids/results.toml --out data/runs`).
+# MAML runs the very same code with $w_{\mathrm{bc}} = 0$; it has a quarter of EMRLD's bound on the KL, with which it did best in a search of five settings (`data/grids/search.toml`).
 #
-# **Predict first.** EMRLD-WS is at a return of 70 or more after these 150 iterations. Where is MAML?
+# **Predict first.** EMRLD-WS is at a return of 70 or more after 100 iterations. Where is MAML after 500?
 
 # %%
 clock.at("without demonstrations")
-guess.ask("maml", "MAML's mean return after 150 iterations")
+guess.ask("maml", "MAML's mean return after 500 iterations")
 
 
 # %% tags=["stored-curves", "reveal"]
 def stored(name):
     """Return the stored learning curves of one algorithm, one per seed."""
-    return [runs.load_run(folder).curve for folder in sorted(runs.SHIPPED.glob(f"{name}-seed*"))]
+    return [runs.load_run(folder).curve for folder in seeds_of(runs.SHIPPED, name)]
 
 
 curves = {name: stored(f"point2d-optimal-{name}") for name in ("emrld", "emrld-ws", "maml")}
@@ -753,7 +754,7 @@ final = {
     for name, seeds in curves.items()
 }
 assert min(final["emrld"] + final["emrld-ws"]) >= 70
-assert max(curve[59].return_after for curve in curves["maml"]) < 5  # after sixty iterations
+assert max(curve[59].return_after for curve in curves["maml"]) < 10  # after sixty iterations
 assert max(final["maml"]) < 15
 assert max(final["released start"]) < 1
 for name, returns in final.items():
@@ -763,22 +764,22 @@ print("maml after sixty iterations, per seed:", ", ".join(sixty))
 guess.reveal("maml", ", ".join(f"{value:.1f}" for value in final["maml"]) + ", a seed each")
 
 # %% [markdown] tags=["reveal"]
-# *Figure 8. Mean return after adaptation; lines are means over three seeds, bands reach from the lowest to the highest. With demonstrations both algorithms climb past 70; MAML stays near the bottom.*
+# *Figure 8. Mean return after adaptation; lines are means over five seeds, bands reach from the lowest to the highest; EMRLD-WS was trained for 100 iterations, EMRLD for 200, MAML for 500. With demonstrations both algorithms climb past 70; MAML stays near the bottom.*
 #
 # When EMRLD-WS has already found its goals, MAML has seen a handful
 # of rewards by luck. Later these lucky episodes do teach it something: to walk up the middle, past the goals that
-# lie there, for about a tenth of the return of the others. The paper reports no learning at all, and with the
-# network's start of its released code (`--network-start xavier`, the last row) we find the same: all three seeds stay under 1. The demonstrations change
+# lie there, for about an eighth of the return of the others, and there it stays. The paper reports no learning at all, and with the
+# network's start of its released code (`--network-start xavier`, the last row: three seeds, 150 iterations, the defaults of when they were run) we find the same: all stay under 1. The demonstrations change
 # *where the adapted policy looks*; once a reward is found, the meta-update's RL does the rest. That is the paper's idea in one figure.
 
 # %% [markdown]
 # ### Exercise 5 · Read a figure
 #
-# *Difficulty 2 of 3, planned for 5 minutes.* Both panels show stored trainings, means over three seeds. One is EMRLD, one EMRLD-WS.
+# *Difficulty 2 of 3, planned for 5 minutes.* Both panels show the first 100 iterations of stored trainings, means over five seeds. One is EMRLD, one EMRLD-WS.
 #
 # 1. Which is which, and by what sign do you know?
 # 2. In panel B, what return does somebody get who uses the trained policy and forgets to adapt it? Is that a failed training?
-# 3. Suppose that a third panel had its grey curve at 70 and its black one at 70. What would you conclude about the tasks?
+# 3. Suppose that EMRLD's panel had its grey curve at 70 and its black one at 70. What would you conclude about the tasks?
 
 # %%
 figure, last_grey = unlabelled_panels()

@@ -53,7 +53,7 @@ from emrld_lite.classroom.widgets import seeds as seeds_widget
 from emrld_lite.demonstrators.recipes import unseen_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.experiments import drift_figures, elsewhere, paper_figures, plotting, results, runs
-from emrld_lite.experiments.evaluation import evaluate_run, testing_demonstrations
+from emrld_lite.experiments.evaluation import BY_MEAN, evaluate_run, testing_demonstrations
 from emrld_lite.experiments.intervals import (
     Interval,
     interquartile_mean,
@@ -108,7 +108,7 @@ WORLDS = (*TITLES, "two_wheeled_drift")
 #
 # A *run* is one training from one seed. Its policy is then tested on *test tasks*: it adapts to each of them, and we measure its mean
 # return. So an experiment is a table of returns $x_{s,i}$, of seed $s$ on test task $i$. The runs lie in
-# `data/runs/`, each with the command that made it. On Point2D and TwoWheeled the test tasks are twenty random goals that no training used. HalfCheetah
+# `data/runs/`, each with the command that made it: five seeds per algorithm on Point2D and TwoWheeled, three on HalfCheetah, whose runs are older and have the defaults of then (`data/README.md` names them). EMRLD and EMRLD-WS have Table 1's values; the baselines have what a small search chose for them on the training tasks (notebook 05). On Point2D and TwoWheeled the test tasks are twenty random goals that no training used. HalfCheetah
 # has only two tasks, forward and backward, and as in the paper they serve for training *and* test; there, nothing is unseen.
 
 # %% tags=["scores"]
@@ -483,8 +483,8 @@ thirds = {env: plotting.label(list(ALGORITHMS)[np.argsort(row)[-3]]) for env, ro
 guess.reveal("third", ", ".join(f"{TITLES[env]}: {name}" for env, name in thirds.items()))
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** On the two goal-reaching environments the claim holds by far: EMRLD and EMRLD-WS reach 74.5 and 75.6 on Point2D, where the best baseline has 21.0, and 77.0 and 75.1 on
-# TwoWheeled, where it has 28.9; the smallest gap, at the lower end of its interval, is 36.2. On HalfCheetah the paper's own number, the mean over both directions, says the same: 177.0 and 177.1 against 65.1.
+# **Measured.** On the two goal-reaching environments the claim holds by far: EMRLD and EMRLD-WS reach 79.1 and 79.2 on Point2D, where the best baseline has 49.8, and 77.5 and 77.5 on
+# TwoWheeled, where it has 33.1; the smallest gap, at the lower end of its interval, is 27.1. On HalfCheetah the paper's own number, the mean over both directions, says the same: 177.0 and 177.1 against 65.1.
 #
 # The rows of HalfCheetah's two directions say something else than its mean. How would one notice, without being told?
 
@@ -568,8 +568,8 @@ for place in (*PLACES, BOTH_WAYS):
     print(f"{place.title:21}EMRLD-WS less EMRLD: {gap:+6.1f}   {verdict(gap)}")
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** We do not: nowhere can the two be distinguished. What the runs exclude is a difference of more than the intervals: on Point2D the warm start may cost up to 7.6 or gain up to 6.6, on TwoWheeled
-# it may cost 8.8 or gain 3.5, on the mean of HalfCheetah cost 16.2 or gain 20.5.
+# **Measured.** We do not: nowhere can the two be distinguished. What the runs exclude is a difference of more than the intervals: on Point2D the warm start may cost up to 0.6 or gain up to 0.5, on TwoWheeled
+# it may cost 4.5 or gain 9.2, on the mean of HalfCheetah cost 16.2 or gain 20.5.
 
 # %% [markdown]
 # The paper also says that the improvement is "**nearly monotone**", that "**Meta-BC** fails and has unstable training", and that "**MAML and GMPS** fail to learn due to sparsity". For the first two we measure
@@ -583,9 +583,47 @@ for env, title in TITLES.items():
     print(f"{title:12}" + "".join(f"{fall:>10.0%}" for fall in falls))
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** *Nearly monotone* holds: no seed of EMRLD or EMRLD-WS ever falls by more than 3.4 % of its best, while Meta-BC falls
-# by 47 % to 111 %. *Fails* holds for GMPS on the goal-reaching environments, with 1.5 and 14.8 after one step, and for MAML on Point2D, with 4.9. On TwoWheeled
-# two seeds of MAML learn something, 29.3 and 29.5, and the third does not, 0.5. We write *differs* for MAML, and for Meta-BC, which on HalfCheetah solves one of two tasks.
+# **Measured.** *Nearly monotone* holds, with one exception: on Point2D and HalfCheetah no seed of EMRLD or EMRLD-WS falls by more than 1.4 % of its best, on TwoWheeled one of EMRLD falls by 13.7 %. Meta-BC falls by 7 % on Point2D, by 30 % on TwoWheeled and by 111 % on HalfCheetah. *Fails* holds
+# for GMPS on the goal-reaching environments, with 2.3 and 10.7 after one step. MAML has 10.8 on Point2D. On TwoWheeled it finds goals and loses them again: over ten iterations it returns at best 26.6 to 57.4 on the training tasks, by seed, and 2.4 to 28.8 at the end; 12.7 are left on the test tasks. Meta-BC learns a part, 49.8
+# and 33.1, with the fixed sigma of the paper. We write *differs* for MAML and for Meta-BC.
+
+# %% [markdown]
+# **Is it the right score?** The paper keeps sigma fixed, and samples actions "during training" (appendix C); how a policy acts in its *tests* it does not say. All returns above are of policies that are sampled, as in training. But sigma is learned in EMRLD, where it may shrink, and fixed at 1 in Meta-BC, where each action
+# is half noise. So here are the same policies again, adapted on the same trajectories, acting by their **mean action** (the table `by_mean.csv` of each run).
+#
+# **Predict first.** Sampled, Meta-BC has about 50 on Point2D and 35 on TwoWheeled with optimal data. What does it have by its mean action? And with sub-optimal data?
+
+# %%
+guess.ask("mean", "Meta-BC by its mean action: optimal data, sub-optimal data")
+
+# %% tags=["by-the-mean", "reveal"]
+by_mean = {}
+for env, title in list(TITLES.items())[:2]:
+    for quality in STEPS_SHOWN:
+        for name, seeds in stored_seeds(runs.SHIPPED, env, quality).items():
+            sampled = run_scores(seeds, 1)
+            by_mean[env, quality, name] = run_scores(seeds, 1, table=BY_MEAN)
+            print(f"{title:11}{quality:11}{plotting.label(name):9}", end="")
+            print(f" sampled {worst_to_best(sampled):5.1f}".ljust(36), end="")
+            print(f" by the mean {worst_to_best(by_mean[env, quality, name]):5.1f}")
+        for name in OURS:
+            gap = judge(by_mean[env, quality, name], by_mean[env, quality, "meta-bc"])
+            print(f"{'':22}{plotting.label(name):9} less Meta-BC by the mean: {gap:+5.1f}", end="")
+            print(f"   {verdict(gap)}")
+told = {
+    quality: " and ".join(
+        f"{by_mean[env, quality, 'meta-bc'].mean():.1f}" for env in ("point2d", "two_wheeled")
+    )
+    for quality in STEPS_SHOWN
+}
+guess.reveal("mean", f"{told['optimal']}; {told['suboptimal']}")
+
+# %% [markdown] tags=["reveal"]
+# **Measured.** With optimal data **Meta-BC solves both environments by its mean action**: 79.4 on Point2D and 83.9 on TwoWheeled, where the demonstrations have 80.9 and 84.0, EMRLD 80.3 and 77.7, and EMRLD-WS 80.6 and 81.8; on TwoWheeled EMRLD-WS is even behind it, by anything from 0.4 to 8.8. With sub-optimal data it fails either way, with 11.3 and 5.1, where EMRLD has 77.8 and 76.7. MAML and GMPS
+# fail by this score as well, with 12.3 at most.
+#
+# So the claim about good demonstrations hangs on a sentence that the paper lacks. If the tested policies are sampled, EMRLD is ahead, because its sigma has shrunk, and Meta-BC's trains badly where it is learned (section 5). If they act by their mean, whoever has *clean, whole* demonstrations needs no reward: cloning in both steps
+# does at least as well. It is the bad demonstrations that tell EMRLD from cloning, whatever the score.
 
 # %% [markdown]
 # Now *look* at the policies. Fig. 5 sends the adapted TwoWheeled policies to twenty random goals.
@@ -628,7 +666,7 @@ print("\nafter three steps, the later ones at a tenth of the rate")
 third = against_the_best("suboptimal", step=3)
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** After one step the claim holds in every row, for both variants: 76.1 and 74.0 on Point2D, 64.2 and 71.8 on TwoWheeled, 74.0 and 89.1 forward, 246.4 and 244.0 backward. After three steps EMRLD
+# **Measured.** After one step the claim holds in every row, for both variants: 76.9 and 75.8 on Point2D, 69.8 and 77.1 on TwoWheeled, 74.0 and 89.1 forward, 246.4 and 244.0 backward. After three steps EMRLD
 # is not distinguishable from Meta-BC backward, 218.6 against 176.1, and all other rows hold. No demonstration contains a reward, and
 # the adapted policies find it: what was missing in the data came from the meta-update's RL.
 
@@ -652,8 +690,8 @@ most = {title: max(lost, key=lambda key: (key[0] == title, lost[key].estimate)) 
 guess.reveal("suffers", ", ".join(f"{t}: {plotting.label(name)}" for t, (_, name) in most.items()))
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** For Meta-BC the expectation holds on the goal-reaching environments: better data gain 13.2 on Point2D and 21.5 on TwoWheeled, at least 6.3. GMPS hardly gains: 1.2 on Point2D, and on TwoWheeled
-# between a loss of 1.1 and a gain of 15.3. HalfCheetah's mean cannot tell, and its directions say why: from better data both learn to run backward faster, by 87.0 and 98.4, and run the wrong way faster when they should go forward, by
+# **Measured.** For Meta-BC the expectation holds on the goal-reaching environments: better data gain 38.6 on Point2D and 27.4 on TwoWheeled, at least 15.9. GMPS hardly gains: 1.9 on Point2D, and on TwoWheeled
+# between a loss of 6.8 and a gain of 4.6. HalfCheetah's mean cannot tell, and its directions say why: from better data both learn to run backward faster, by 87.0 and 98.4, and run the wrong way faster when they should go forward, by
 # 99.8 and 108.1. The first of these two is not distinguishable from nothing.
 
 # %% [markdown]
@@ -852,9 +890,8 @@ for env in WORLDS:
 print(f"* climbing: more than {FLAT:.0%}")
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** We call a curve flat when this rise is at most 5 %. **Flat** are EMRLD and EMRLD-WS on Point2D, on TwoWheeled and with changing dynamics: at most 3.7 %. **Still climbing** are
-# both on HalfCheetah, by 7.6 % to 10.4 % after 250 iterations on optimal data and 400 on sub-optimal; MAML on Point2D, by 18.7 %, to a level of 7.4; Meta-BC with optimal data in all three environments, by 6.8 % to 8.5 %; and GMPS on sub-optimal
-# HalfCheetah, by 7.5 %. So on HalfCheetah the comparison is one at a budget, and "MAML fails" on Point2D means: up to here.
+# **Measured.** We call a curve flat when this rise is at most 5 %. **Flat** are EMRLD, EMRLD-WS and Meta-BC on Point2D, on TwoWheeled and with changing dynamics: at most 4.2 %; and MAML on Point2D, at a level of 10.5. **Falling** are MAML and GMPS on TwoWheeled with optimal data, by 11.4 % and 13.4 %. **Still climbing** are
+# EMRLD and EMRLD-WS on HalfCheetah, by 7.6 % to 10.4 % after 250 iterations on optimal data and 400 on sub-optimal; there Meta-BC as well with optimal data, by 8.5 %, and GMPS with sub-optimal, by 7.5 %; and GMPS with optimal data on Point2D, by 18.9 % of next to nothing. So on HalfCheetah the comparison is one at a budget.
 
 # %% tags=["divergence", "reveal"]
 figure, panels = plt.subplots(1, 3, figsize=(10.5, 3.1), sharey=True)
@@ -887,11 +924,11 @@ for name in ALGORITHMS:
 guess.reveal("broke", ", ".join(broken) or "none")
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** A single update of GMPS moved the adapted policies by more than one nat 717 times in 3120, and one of Meta-BC 765 times in 7800; the other three never did. Some of
-# GMPS's updates reach a KL of a one with thirty-two zeros.
+# **Measured.** A single update of GMPS moved the adapted policies by more than one nat 737 times in 3720, and one of Meta-BC 163 times in 11800; the other three never did. TRPO has a
+# fault of its own: it may find no step at all. One seed of EMRLD on TwoWheeled took none in 89 of its 300 iterations, and ends as it was in the middle of them; the same seed loses what it has with a second adaptation step (Figure 5).
 #
-# So these trainings *broke down*, which is more than the paper's "little data": the returns of GMPS and Meta-BC in this notebook are those of a diverging optimiser. Is the divergence then the *reason* of the failure? Not for Meta-BC, as far as one seed tells: with the averaged log-density of today's defaults its training on Point2D stays in bounds, and so it does on TwoWheeled at a fifth of the rate, and neither
-# returns more than the diverging runs (README has the numbers, `data/next/runs` the runs). Little data remains a reason; for GMPS the question is open.
+# So some of these trainings *broke down*, which is more than the paper's "little data". Is the divergence then the *reason* of the failure? Not for Meta-BC: with sigma fixed its training on Point2D stays in bounds with every seed, and it earns more than with a learned sigma, but still far less than EMRLD. Little data remains a
+# reason (notebook 05 gives it more). Nor for GMPS: at a fifth of Adam's rate it stays in bounds, and earns no more (README has the numbers of the search).
 
 # %% [markdown]
 # ## 6 · The paper's claims
@@ -916,11 +953,11 @@ clock.at("the paper's claims")
 # %% [markdown] tags=["reveal"]
 # | | here | where |
 # |---:|---|---|
-# | 1 | **holds** in three environments of three; on HalfCheetah because of the forward direction, backward the baselines do as well | section 2 |
+# | 1 | **holds** in three environments of three if the tested policies are sampled; by their mean action Meta-BC does at least as well on the goal-reaching two. On HalfCheetah because of the forward direction, backward the baselines do as well | section 2 |
 # | 2 | **holds** | section 2 |
-# | 3 | **holds** | section 2 |
-# | 4 | **differs**: unstable everywhere, and on HalfCheetah one of two tasks solved | section 2 |
-# | 5 | **differs**: two seeds of MAML learn a little on TwoWheeled; GMPS diverges, and on HalfCheetah it runs backward for both tasks, with rewards in sight | section 2 |
+# | 3 | **holds** but for TwoWheeled, where one seed of EMRLD falls by more than a tenth of its best | section 2 |
+# | 4 | **differs**: with sigma fixed, as in the paper, it is steady on Point2D; sampled it earns a half of what EMRLD does, by its mean action as much. On HalfCheetah it is unstable and solves one of two tasks | sections 2 and 5 |
+# | 5 | **differs**: MAML learns a little on Point2D, and on TwoWheeled it finds goals and loses them; GMPS fails on both, but its training breaks down as well, and on HalfCheetah it runs backward for both tasks, with rewards in sight | section 2 |
 # | 6 | **holds** after one step in three environments of three; after three steps only at a smaller rate | section 3 |
 # | 7 | **differs**: seen for Meta-BC in two environments of three | section 3 |
 # | 8 | **holds** with the drift as printed, for both variants; **differs** with a rate: without the heading for EMRLD-WS only, with it MAML does as well as EMRLD | section 4 |
@@ -933,17 +970,19 @@ clock.at("the paper's claims")
 #
 # | point | paper | released code | this workbook |
 # |---|---|---|---|
-# | iterations | not given | 700, or 500 | 150 to 400 for EMRLD, EMRLD-WS and MAML; section 5 lists who still climbs |
+# | iterations | not given | 700, or 500 | 100 to 400 for EMRLD and EMRLD-WS, 200 to 500 for MAML; section 5 lists who still climbs |
 # | which episodes count | $M$ trajectories | the first 20 to finish out of 30 | exactly 20, none dropped |
+# | how a policy acts in the tests | not said ("during training" sampled) | not compared | sampled, and by its mean action (section 2) |
 # | bands in the figures | standard deviation over seeds in training, over test tasks in the tests | – | from the lowest seed to the highest |
 # | HalfCheetah's reward, the wrong way | none (Section 4.1), or negative (appendix B) | negative | negative; a switch |
 # | rate of the later adaptation steps | not given | not compared | a tenth of the first, chosen when the test tasks had been seen (section 8) |
-# | Meta-BC's and GMPS's budget | not given | 700, or 500 | 500 and 200 iterations (HalfCheetah 300 and 120); four meta learning rates on one seed. With changing dynamics 300 and 150, and what a search over alpha, the meta learning rate and sigma chose |
+# | Meta-BC's and GMPS's budget | not given | 700, or 500 | Meta-BC 300 iterations, 700 where its curve still rose; GMPS 150 (HalfCheetah 120). What a search over alpha, the meta learning rate and sigma chose, for MAML also momentum and scaled advantages; on HalfCheetah no search yet |
 #
 # ## What was shown
 #
 # - A verdict is worth what its rule is worth: a bootstrap of three runs calls more than one null pair in ten "ahead"; your rank interval keeps its promise, at the price of missing what few seeds cannot show.
 # - A gap as large as the spread needs more than ten seeds of each side. "Not distinguishable" is no proof of equality.
+# - Which score is right is a question of its own: the noise of a policy may be all that a baseline lacks.
 # - A mean over tasks can hide the result. What all seeds of a task share, it shows when one looks.
 # - A curve is read on its own level, and with the KL of its updates beside it.
 # - Which of the paper's sentences these runs carry stands in section 6.
@@ -1087,8 +1126,8 @@ guess.reveal(
 )
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** In the plain mean EMRLD and EMRLD-WS reach 86 % and 86 % of the optimal demonstrations' return with optimal data, 84 % and 84 % with sub-optimal data. The best baseline stays at 29 % and 16 %: the paper's main claim in
-# one picture, and it stands. Now compare the interquartile mean: 87 % and 91 % for EMRLD, as if bad data were *better* than good. They are not. The IQM leaves out the lowest quarter, and there lie EMRLD's two worst HalfCheetah runs, 46 % and 61 %,
+# **Measured.** In the plain mean EMRLD and EMRLD-WS reach 90 % and 90 % of the optimal demonstrations' return with optimal data, 85 % and 88 % with sub-optimal data. The best baseline stays at 45 % and 15 %: the paper's main claim in
+# one picture, and it stands. Now compare the interquartile mean: 93 % and 91 % for EMRLD, as if bad data cost next to nothing. They cost more. The IQM leaves out the lowest quarter, and there lie EMRLD's two worst HalfCheetah runs, 46 % and 61 %,
 # which are exactly what bad data did. A robust mean is robust against the outlier that is an accident, and also against the outlier that is the result. We use the plain mean, and show every run.
 
 # %% [markdown]

@@ -17,7 +17,7 @@ from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.demonstrations import load, load_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.envs.two_wheeled_drift import ROBOT_DRIFT, ROBOT_TRIALS
-from emrld_lite.experiments.evaluation import UNSEEN_TASKS, read_evaluation
+from emrld_lite.experiments.evaluation import BY_MEAN, UNSEEN_TASKS
 from emrld_lite.experiments.intervals import interquartile_mean, shift_interval
 from emrld_lite.experiments.lottery import TARGET, load_draws, median_and_latest
 from emrld_lite.experiments.results import (
@@ -29,6 +29,7 @@ from emrld_lite.experiments.results import (
     PLACES,
     STEPS_SHOWN,
     TITLES,
+    best_and_last,
     largest_fall,
     late_rise,
     run_scores,
@@ -47,6 +48,7 @@ from emrld_lite.experiments.studies import (
     SENSITIVITY_END,
     STUDY_END,
     WEIGHTS,
+    control_runs,
     sensitivity_runs,
     switch_runs,
 )
@@ -136,6 +138,22 @@ def best(quality, place, step=1):
     return max(at(place, quality, name, step).mean() for name in BASELINES)
 
 
+def by_mean(quality, *names):
+    """Return each algorithm's mean score by the mean action, Point2D and TwoWheeled in turn."""
+    return [
+        run_scores(stored_seeds(SHIPPED, place.env, quality)[name], 1, table=BY_MEAN).mean()
+        for name in names
+        for place in GOALS
+    ]
+
+
+def behind_by_the_mean(name, env):
+    """Return by how much, least and most, an algorithm is behind Meta-BC by its mean action."""
+    found = stored_seeds(SHIPPED, env, "optimal")
+    gap = shift_interval(*(run_scores(found[n], 1, table=BY_MEAN) for n in (name, "meta-bc")))
+    return -gap.high, -gap.low
+
+
 def lead(quality, place, name, step=1):
     """Return the interval of one of our variants less the best baseline."""
     baseline = max((at(place, quality, other, step) for other in BASELINES), key=np.mean)
@@ -154,6 +172,21 @@ def falls(*names, quality="optimal", worlds=tuple(TITLES)):
         seeds = stored_seeds(SHIPPED, env, quality)
         found.append(max(largest_fall(run) for name in names for run in seeds[name]))
     return found
+
+
+def peaks_and_ends(env, name):
+    """Return the range over seeds of the best mean of ten iterations, and that of the last."""
+    found = [best_and_last(seed) for seed in stored_seeds(SHIPPED, env, "optimal")[name]]
+    peaks, ends = zip(*found, strict=True)
+    return *min_and_max(peaks), *min_and_max(ends)
+
+
+def most_without_a_step(env, name):
+    """Return in how many iterations one seed took no step, the worst, and of how many."""
+    curves = [
+        load_curve(seed / "curve.csv") for seed in stored_seeds(SHIPPED, env, "optimal")[name]
+    ]
+    return max((sum("no step" in row.note for row in curve), len(curve)) for curve in curves)
 
 
 def restricted(name):
@@ -184,15 +217,6 @@ def above_one_nat(name):
     seeds = [s for env in TITLES for q in STEPS_SHOWN for s in stored_seeds(SHIPPED, env, q)[name]]
     moved = [row.kl for seed in seeds for row in load_curve(seed / "curve.csv")]
     return [sum(kl > 1 for kl in moved), len(moved)]
-
-
-def goals_on_the_left():
-    """Return how many TwoWheeled test goals lie left of 120 degrees, and of how many."""
-    rows = read_evaluation(
-        stored_seeds(SHIPPED, "two_wheeled", "optimal")["maml"][0] / "unseen.csv"
-    )
-    places = [tuple(map(float, row.goal.split())) for row in rows if row.step == 0]
-    return [sum(np.degrees(np.arctan2(y, x)) > 120 for x, y in places), len(places)]
 
 
 SEEN, SEEN_LITERAL, HIDDEN, HIDDEN_LITERAL = (reading.runs for reading in READINGS)
@@ -246,7 +270,7 @@ def rises(names, worlds, qualities=tuple(STEPS_SHOWN)):
 
 
 def drift_rises():
-    return [rise("two_wheeled_drift", "optimal", name) for name in OURS]
+    return [rise("two_wheeled_drift", "optimal", name) for name in (*OURS, "meta-bc")]
 
 
 def level(env, quality, name):
@@ -273,7 +297,7 @@ def iterations(env, quality):
 def goals():
     """Return the number of goals in the plentiful data, and in the others of the same worlds."""
     (plenty,) = {
-        len(load(ROOT / load_config(SHIPPED / f"{env}-plentiful-meta-bc-seed0").demos).tasks)
+        len(load(ROOT / load_config(SHIPPED / f"{env}-meta-bc-plentiful-seed0").demos).tasks)
         for env in PLENTIFUL
     }
     return [plenty, *[len(load_demonstrations("optimal", env).tasks) for env in PLENTIFUL]]
@@ -289,10 +313,10 @@ def starved():
     return samples, products, length
 
 
-def largest_kl(name):
-    """Return the least over two worlds of the largest KL of a single update of seed 0, nats."""
-    seeds = [stored_seeds(SHIPPED, env, "optimal")[name][0] for env in PLENTIFUL]
-    return min(max(row.kl for row in load_curve(seed / "curve.csv")) for seed in seeds)
+def largest_moves(env, name):
+    """Return the largest KL of a single update of each seed with optimal data, nats."""
+    seeds = stored_seeds(SHIPPED, env, "optimal")[name]
+    return [max(row.kl for row in load_curve(seed / "curve.csv")) for seed in seeds]
 
 
 def least_share_after_one_step():
@@ -314,7 +338,7 @@ def late(name, end=None):
 def without_rl(env, quality, name, end=STUDY_END):
     """Return the interval of the late return without RL in the adaptation, less the control's."""
     stem = f"ablation-{env}-{quality}-{name}-w_rl0.0"
-    sides = (seeds_of(SHIPPED, stem), seeds_of(SHIPPED, f"{env}-{quality}-{name}"))
+    sides = (seeds_of(SHIPPED, stem), control_runs(SHIPPED, env, quality, name))
     without, control = (training_scores(seeds, end) for seeds in sides)
     return shift_interval(without, control)
 
@@ -328,7 +352,7 @@ def without_rl_in(quality):
     """Return the interval of EMRLD's late return on Point2D without RL in the adaptation."""
     sides = (
         seeds_of(SHIPPED, f"ablation-{quality}-w_rl0.0"),
-        seeds_of(SHIPPED, f"point2d-{quality}-emrld"),
+        control_runs(SHIPPED, "point2d", quality, "emrld"),
     )
     return shift_interval(*(training_scores(seeds, STUDY_END) for seeds in sides))
 
@@ -386,22 +410,24 @@ def largest_switch_loss():
     return max(lost_at_most(gap) for gap in gaps if gap.high >= 0)
 
 
-def within_bounds(name):
-    """Return the largest KL of any update of a run of the search, and its return on test tasks."""
-    run = SHIPPED.parent / "next/runs" / name
-    largest = max(row.kl for row in load_curve(run / "curve.csv"))
-    return largest, run_scores([run], 1)[0]
-
-
 def searched(what, *settings, at_best=False):
     """Return the late training return of the search's runs, or the best mean of ten iterations."""
-    folder, found = SHIPPED.parent / "next/runs", []
+    found = []
     for setting in settings:
-        for run in sorted(folder.glob(f"search-{what}-{setting}-seed0")):
+        for run in sorted(SHIPPED.glob(f"search-{what}-{setting}-seed0")):
             returns = [row.return_after for row in load_curve(run / "curve.csv")]
             smooth = np.convolve(returns, np.ones(WINDOW) / WINDOW, "valid")
             found.append(smooth.max() if at_best else np.mean(returns[-SEARCH_END:]))
     return found
+
+
+def gmps_at_a_fifth():
+    """Return GMPS's largest KL and late return at a fifth of its rate, in the search of two worlds."""
+    found = [
+        seed for env in PLENTIFUL for seed in SHIPPED.glob(f"search-{env}-*-gmps-rate0.002-seed0")
+    ]
+    largest = max(row.kl for seed in found for row in load_curve(seed / "curve.csv"))
+    return largest, training_scores(found, window=SEARCH_END).max()
 
 
 def robot(name, stage, varied="drift", value=ROBOT_DRIFT, score="mean_return", reading=SEEN):
@@ -484,9 +510,9 @@ def each(env, quality, name, goal=None):
 def claim_ablation():
     return [
         late("ablation-optimal-w_bc0.0"),
-        late("point2d-optimal-emrld"),
-        late("point2d-optimal-maml"),
-        late("point2d-suboptimal-emrld", STUDY_END),
+        late("control-point2d-optimal-emrld"),
+        late("control-point2d-optimal-maml"),
+        late("control-point2d-suboptimal-emrld", STUDY_END),
         late("ablation-optimal-w_rl0.0"),
         late("ablation-suboptimal-w_rl0.0"),
     ]
@@ -519,15 +545,27 @@ CLAIMS = {
         for end in (-warm_start_gain(place).low, warm_start_gain(place).high)
     ],
     "07#monotone": lambda: [
-        max(falls(*OURS)),
-        min(falls("meta-bc")),
-        max(falls("meta-bc")),
+        max(falls(*OURS, worlds=["point2d", "half_cheetah"])),
+        *falls(*OURS, worlds=["two_wheeled"]),
+        *falls("meta-bc"),
         *means("optimal", "gmps", places=GOALS),
         scores("point2d", "optimal", "maml").mean(),
-        *each("two_wheeled", "optimal", "maml")[1:],
-        each("two_wheeled", "optimal", "maml")[0],
+        *peaks_and_ends("two_wheeled", "maml"),
+        scores("two_wheeled", "optimal", "maml").mean(),
+        *means("optimal", "meta-bc", places=GOALS),
     ],
-    "07#updates-above-one-nat": lambda: [*above_one_nat("gmps"), *above_one_nat("meta-bc")],
+    "07#by-the-mean": lambda: [
+        *by_mean("optimal", "meta-bc"),
+        *(EARNED[env] for env in PLENTIFUL),
+        *by_mean("optimal", "emrld", "emrld-ws"),
+        *behind_by_the_mean("emrld-ws", "two_wheeled"),
+        *by_mean("suboptimal", "meta-bc", "emrld"),
+        max(by_mean("optimal", "maml", "gmps") + by_mean("suboptimal", "gmps")),
+    ],
+    "07#updates-above-one-nat": lambda: [
+        *(*above_one_nat("gmps"), *above_one_nat("meta-bc")),
+        *most_without_a_step("two_wheeled", "emrld"),
+    ],
     "07#ahead-suboptimal": lambda: [
         *means("suboptimal", *OURS),
         at(BACKWARD, "suboptimal", "emrld", step=3).mean(),
@@ -559,13 +597,15 @@ CLAIMS = {
     "07#reading-claims": readings,
     "07#flattened": lambda: [
         FLAT,
-        max(rises(OURS, ["point2d", "two_wheeled"]) + drift_rises()),
+        max(rises((*OURS, "meta-bc"), PLENTIFUL) + drift_rises()),
+        level("point2d", "optimal", "maml"),
+        *[-rise("two_wheeled", "optimal", name) for name in ("maml", "gmps")],
         *min_and_max(rises(OURS, ["half_cheetah"])),
         iterations("half_cheetah", "optimal"),
         iterations("half_cheetah", "suboptimal"),
-        *(rise("point2d", "optimal", "maml"), level("point2d", "optimal", "maml")),
-        *min_and_max(rises(["meta-bc"], TITLES, ["optimal"])),
+        rise("half_cheetah", "optimal", "meta-bc"),
         rise("half_cheetah", "suboptimal", "gmps"),
+        rise("point2d", "optimal", "gmps"),
     ],
     "08#ablation-verdicts": lambda: [
         *claim_ablation(),
@@ -610,6 +650,10 @@ CLAIMS = {
         max(falls(*OURS)),
         max(falls(*OURS, quality="suboptimal")),
     ],
+    "README#With good demonstrations it hangs on how a tested policy acts": lambda: [
+        *by_mean("optimal", "meta-bc", "emrld"),
+        *by_mean("suboptimal", "meta-bc", "emrld"),
+    ],
     "README#HalfCheetah's mean hides its two directions": lambda: [
         *means("optimal", "emrld", places=[FORWARD, BACKWARD]),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD]),
@@ -617,7 +661,7 @@ CLAIMS = {
     ],
     "README#RL in the adaptation is not what makes it work, here": lambda: [
         late("ablation-optimal-w_rl0.0"),
-        late("point2d-optimal-emrld"),
+        late("control-point2d-optimal-emrld"),
         lost_at_most(without_rl_in("optimal")),
         lost_at_most(without_rl(*ELSEWHERE[4])),
         late("ablation-optimal-w_bc0.0"),
@@ -643,26 +687,28 @@ CLAIMS = {
         switch(CONTROL),
         largest_switch_loss(),
     ],
-    "README#The baselines' training breaks down, and a search mends little": lambda: [
-        *(*above_one_nat("gmps"), *above_one_nat("meta-bc")),
-        *[TrustRegion().for_actions(dim).max_kl for dim in (2, 6)],
+    "README#The baselines got a search, and Meta-BC gains most": lambda: [
         SEARCH_END,
         *searched("point2d-optimal-meta-bc", "table1", "fixed-sigma"),
         *searched("two_wheeled-optimal-meta-bc", "table1", "fixed-sigma"),
         *searched("point2d-suboptimal-meta-bc", "table1", "fixed-sigma"),
+        *(*above_one_nat("gmps"), *above_one_nat("meta-bc")),
+        *[TrustRegion().for_actions(dim).max_kl for dim in (2, 6)],
+        max(largest_moves("point2d", "meta-bc")),
+        *gmps_at_a_fifth(),
         max(searched("point2d-*-gmps", "*") + searched("two_wheeled-*-gmps", "*")),
-        max(searched("two_wheeled-*-maml", "*")),
-        max(searched("two_wheeled-*-maml", "*", at_best=True)),
-        max(searched("two_wheeled-*-maml", "unscaled", at_best=True)),
-        *within_bounds("search-point2d-optimal-meta-bc-table1-seed0"),
-        *within_bounds("search-two_wheeled-optimal-meta-bc-rate0.002-seed0"),
         *goals(),
-        *[run_scores([SHIPPED / f"{env}-plentiful-meta-bc-seed0"], 1)[0] for env in PLENTIFUL],
+        *[run_scores(seeds_of(SHIPPED, f"{env}-meta-bc-plentiful"), 1).mean() for env in PLENTIFUL],
+        goals()[1],
+        training_scores(seeds_of(SHIPPED, "point2d-meta-bc-paths")).mean(),
+        run_scores(seeds_of(SHIPPED, "point2d-meta-bc-paths"), 1).mean(),
     ],
     "README#MAML does not fail everywhere": lambda: [
-        *(level("point2d", "optimal", "maml"), rise("point2d", "optimal", "maml")),
-        each("two_wheeled", "optimal", "maml")[1],
-        *goals_on_the_left(),
+        level("point2d", "optimal", "maml"),
+        load_config(stored_seeds(SHIPPED, "point2d", "optimal")["maml"][0]).iterations,
+        *searched("two_wheeled-optimal-maml", "no-momentum", "table1"),
+        *peaks_and_ends("two_wheeled", "maml"),
+        max(searched("two_wheeled-*-maml", "unscaled", at_best=True)),
         scores("half_cheetah", "optimal", "maml").mean(),
     ],
     "README#Noise, not quality, decides whether TwoWheeled data can be copied": lambda: [],
@@ -674,14 +720,14 @@ CLAIMS = {
     ],
     "README#A starved trust region costs a seed": lambda: [
         *sorted(training_scores(seeds_of(SHIPPED, STARVED))),
-        late("two_wheeled-suboptimal-emrld", STUDY_END),
+        late("control-two_wheeled-suboptimal-emrld", STUDY_END),
     ],
     "ledger#fisher-product": lambda: [
         *(TrustRegion.fisher_samples, TrustRegion.damping),
         *(THEN.fisher_samples, THEN.damping),
         *starved(),
         *sorted(training_scores(seeds_of(SHIPPED, STARVED))),
-        late("two_wheeled-suboptimal-emrld", STUDY_END),
+        late("control-two_wheeled-suboptimal-emrld", STUDY_END),
     ],
     "ledger#claim-emrld-learns": lambda: [
         UNSEEN_TASKS,
@@ -692,6 +738,7 @@ CLAIMS = {
         ],
         0.9,  # the level, 90 %
         smallest_lead("optimal", (*GOALS, FORWARD, BOTH_WAYS)),
+        *by_mean("optimal", "meta-bc", "emrld"),
     ],
     "ledger#claim-monotone": lambda: [
         max(falls(*OURS)),
@@ -725,21 +772,30 @@ CLAIMS = {
         ],
     ],
     "ledger#claim-maml-fails": lambda: [
+        load_config(seeds_of(SHIPPED, "point2d-optimal-maml")[0]).iterations,
+        *min_and_max(training_scores(seeds_of(SHIPPED, "point2d-optimal-maml"))),
         load_config(seeds_of(SHIPPED, "point2d-optimal-maml-xavier")[0]).iterations,
-        *sorted(training_scores(seeds_of(SHIPPED, "point2d-optimal-maml")))[::2],
-        *sorted(training_scores(seeds_of(SHIPPED, "point2d-optimal-maml-xavier")))[::2],
+        *min_and_max(training_scores(seeds_of(SHIPPED, "point2d-optimal-maml-xavier"))),
+        *peaks_and_ends("two_wheeled", "maml"),
         scores("point2d", "optimal", "maml").mean(),
         *min_and_max(each("two_wheeled", "optimal", "maml")),
         *means("optimal", "maml", places=[FORWARD, BACKWARD]),
     ],
-    "ledger#claim-gmps-fails": lambda: [*means("optimal", "gmps"), *above_one_nat("gmps")],
+    "ledger#claim-gmps-fails": lambda: [
+        *means("optimal", "gmps"),
+        *above_one_nat("gmps"),
+        *gmps_at_a_fifth(),
+    ],
     "ledger#claim-meta-bc-fails": lambda: [
         *means("optimal", "meta-bc")[:2],
-        min(falls("meta-bc")[:2]),
-        min(1.0, largest_kl("meta-bc")),  # more than a nat
-        TrustRegion().for_actions(2).max_kl,
+        max(largest_moves("point2d", "meta-bc")),
+        *falls("meta-bc", worlds=["two_wheeled"]),
         *above_one_nat("meta-bc"),
+        TrustRegion().for_actions(2).max_kl,
         *goals(),
+        *[run_scores(seeds_of(SHIPPED, f"{env}-meta-bc-plentiful"), 1).mean() for env in PLENTIFUL],
+        *by_mean("optimal", "meta-bc"),
+        1,  # sigma
         *means("optimal", "meta-bc", places=[FORWARD, BACKWARD]),
     ],
     "ledger#claim-bad-data-limits-cloning": lambda: [
@@ -764,7 +820,7 @@ CLAIMS = {
         *(ROBOT_DRIFT, ROBOT_TRIALS),
         *[number for n in OURS for number in (robot(n, BEFORE).mean(), robot(n, AFTER).mean())],
         robot("emrld", AFTER, score="truly").mean(),
-        *[robot(n, AFTER).mean() for n in ("meta-bc", "gmps")],
+        *[robot(n, AFTER).mean() for n in ("meta-bc", "gmps", "maml")],
         *[number for n in OURS for number in (blind(n, BEFORE).mean(), blind(n).mean())],
         *[blind(n, score="reached").mean() for n in OURS],
     ],
@@ -782,6 +838,7 @@ CLAIMS = {
         *(SENSITIVITY_END - WINDOW + 1, SENSITIVITY_END),
         *[span(name, varied) for name in OURS for varied in ("w_rl", "w_bc")],
         *(HALFWAY, halfway("w_bc", MOST), MOST, halfway("w_bc", LEAST), LEAST),
+        *min_and_max(halfway("w_rl", value) for value in WEIGHTS),
     ],
     "ledger#claim-ablation-cloning": lambda: [
         STUDY_END - WINDOW + 1,
@@ -790,9 +847,9 @@ CLAIMS = {
     ],
     "ledger#claim-ablation-rl": lambda: [
         late("ablation-optimal-w_rl0.0"),
-        late("point2d-optimal-emrld"),
+        late("control-point2d-optimal-emrld"),
         late("ablation-suboptimal-w_rl0.0"),
-        late("point2d-suboptimal-emrld", STUDY_END),
+        late("control-point2d-suboptimal-emrld", STUDY_END),
         *[lost_at_most(without_rl_in(quality)) for quality in STEPS_SHOWN],
         lost_at_most(without_rl(*ELSEWHERE[4])),
     ],

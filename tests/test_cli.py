@@ -61,6 +61,16 @@ def test_an_evaluation_says_how_later_steps_went(tmp_path):
     assert tables["0.1"][2] > tables["1"][2]
 
 
+def test_a_policy_can_be_tested_by_its_mean_action(tmp_path):
+    options = ["--run", str(SHIPPED / "point2d-optimal-meta-bc-seed1"), "--tasks", "4"]
+    tables = {}
+    for way in ((), ("--by-mean",)):
+        out = tmp_path / "".join(way) / "unseen.csv"
+        main(["evaluate", *options, "--steps", "1", *way, "--out", str(out)])
+        tables[way] = returns_by_step(out.parent)
+    assert tables["--by-mean",][1] > tables[()][1] + 10  # its sigma is 1
+
+
 def help_of(*command, capsys):
     with pytest.raises(SystemExit) as stop:
         main([*command, "--help"])

@@ -94,8 +94,9 @@ def test_exact_step_rule_always_moves_a_tenth():
 def test_training_goals_are_twelve_on_the_semicircle():
     goals = make("point2d").training_tasks()
     assert goals.shape == (12, 2)
-    assert goals.norm(dim=-1).tolist() == pytest.approx([2.0] * 12)
-    assert (goals[:, 1] >= -1e-6).all()
+    angles = [np.pi * place / 11 for place in range(12)]  # evenly, both ends included
+    circle = [[2 * np.cos(angle), 2 * np.sin(angle)] for angle in angles]
+    assert sorted(goals.tolist()) == pytest.approx(np.array(sorted(circle)), abs=1e-5)
 
 
 # --- TwoWheeled -----------------------------------------------------------------------------------
@@ -171,11 +172,19 @@ def test_leaving_the_arena_ends_the_episode_without_success():
 
 
 def test_wheeled_training_tasks():
-    assert make("two_wheeled").training_tasks().shape == (24, 2)
-    assert make("two_wheeled_drift").training_tasks().shape == (9, 1)
+    goals = make("two_wheeled").training_tasks()
+    angles = [np.pi * place / 23 for place in range(24)]  # evenly, both ends included
+    circle = [[2 * np.cos(angle), 2 * np.sin(angle)] for angle in angles]
+    assert sorted(goals.tolist()) == pytest.approx(np.array(sorted(circle)), abs=1e-5)
+    drifts = [-0.8, -0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.8]
+    assert make("two_wheeled_drift").training_tasks()[:, 0].tolist() == pytest.approx(drifts)
     narrow = make("two_wheeled_drift", largest_drift=0.3)
     assert narrow.training_tasks()[[0, -1], 0].tolist() == pytest.approx([-0.3, 0.3])
     assert narrow.sample_tasks(200, np.random.default_rng(0)).abs().max() <= 0.3
+
+
+def test_the_cheetah_trains_on_five_tasks_per_direction():
+    assert sorted(make("half_cheetah").training_tasks()[:, 0].tolist()) == [-1.0] * 5 + [1.0] * 5
 
 
 @pytest.mark.parametrize("name", ["two_wheeled", "two_wheeled_drift", "two_wheeled_literal_drift"])

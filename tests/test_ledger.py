@@ -83,6 +83,7 @@ def test_defaults_are_table_1():
     for algorithm in ("emrld", "emrld-ws"):
         row = TrainConfig(algorithm=algorithm)
         assert [row.adaptation(quality).w_rl for quality in ("optimal", "suboptimal")] == [0.2, 1.0]
-        assert row.adaptation("optimal").w_bc == 1.0
+        assert [row.adaptation(quality).w_bc for quality in ("optimal", "suboptimal")] == [1.0, 1.0]
+    assert TrainConfig(algorithm="meta-bc").meta_lr == 0.01
     maml = TrainConfig(algorithm="maml").adaptation("suboptimal")
     assert (maml.w_rl, maml.w_bc, maml.warm_start) == (1.0, 0.0, False)

@@ -13,6 +13,7 @@ from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import half_cheetah
 from emrld_lite.experiments import (
     drift_figures,
+    evaluation,
     paper_figures,
     plotting,
     results,
@@ -146,21 +147,46 @@ def test_emrld_improves_nearly_monotonically(env, quality):
     stored = results.stored_seeds(runs.SHIPPED, env, quality)
     ours = [folder for name in OURS for folder in stored.get(name, [])]
     assert ours
-    assert max(results.largest_fall(folder) for folder in ours) < 0.15
+    assert max(results.largest_fall(folder) for folder in ours) < 0.2
 
 
-@pytest.mark.parametrize("env", ["point2d", "two_wheeled"])
-def test_meta_bc_is_unstable(env):
-    folder = results.stored_seeds(runs.SHIPPED, env, "optimal")["meta-bc"][0]
-    assert results.largest_fall(folder) > 0.3
-    assert max(row.kl for row in runs.load_run(folder).curve) > 1.0  # TRPO allows 0.02
+def test_a_fixed_sigma_keeps_meta_bc_in_bounds_on_point2d_and_a_learned_one_lets_it_break():
+    def largest(name):
+        curves = [runs.load_run(seed).curve for seed in results.seeds_of(runs.SHIPPED, name)]
+        return max(row.kl for curve in curves for row in curve)
+
+    assert largest("point2d-optimal-meta-bc") < 1.0
+    assert largest("search-two_wheeled-optimal-meta-bc-table1") > 1000.0  # TRPO allows 0.02
 
 
-def test_meta_bc_works_with_plentiful_data():
+def test_maml_finds_two_wheeled_goals_and_loses_most_of_them():
+    found = results.seeds_of(runs.SHIPPED, "two_wheeled-optimal-maml")
+    best, last = np.array([results.best_and_last(folder) for folder in found]).T
+    assert best.min() > 20 and last.mean() < 0.5 * best.mean()
+
+
+def test_the_best_and_the_last_mean_by_a_plain_loop():
+    (folder, *_) = results.seeds_of(runs.SHIPPED, "two_wheeled-optimal-maml")
+    returns = [row.return_after for row in runs.load_run(folder).curve]
+    means = [sum(returns[i : i + 10]) / 10 for i in range(len(returns) - 9)]
+    assert results.best_and_last(folder) == pytest.approx((max(means), means[-1]))
+
+
+def test_more_goals_help_meta_bc_on_unseen_ones_and_more_paths_of_the_same_do_not():
+    few = results.seeds_of(runs.SHIPPED, "point2d-optimal-meta-bc")
+    paths = results.seeds_of(runs.SHIPPED, "point2d-meta-bc-paths")
+    goals = results.seeds_of(runs.SHIPPED, "point2d-meta-bc-plentiful")
+    assert results.training_scores(paths).mean() > results.training_scores(few).mean() + 5
+    seen = [results.run_scores(seeds, 1).mean() for seeds in (paths, few, goals)]
+    assert seen[0] + 10 < seen[1] < seen[2]
+
+
+def test_by_its_mean_action_meta_bc_copies_good_data_and_no_bad_ones():
     for env in ("point2d", "two_wheeled"):
-        plenty = results.returns_by_step(runs.SHIPPED / f"{env}-plentiful-meta-bc-seed0")
-        few = unseen(env, "optimal", "meta-bc", step=1)
-        assert plenty[1] > max(50, 1.4 * few.max())
+        for quality, (low, high) in {"optimal": (0.9, 1.0), "suboptimal": (0.0, 0.3)}.items():
+            seeds = results.stored_seeds(runs.SHIPPED, env, quality)["meta-bc"]
+            score = results.run_scores(seeds, 1, table=evaluation.BY_MEAN).mean()
+            assert low < score / results.EARNED[env] < high
 
 
 def test_maml_solves_point2d_with_a_dense_reward():
@@ -171,12 +197,10 @@ def test_maml_solves_point2d_with_a_dense_reward():
 
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled"])
 @pytest.mark.parametrize("algorithm", ["meta-bc", "gmps"])
-def test_no_learning_rate_rescues_the_supervised_baselines(env, algorithm):
-    folders = [
-        f"{env}-optimal-{algorithm}{lr}-seed0" for lr in ("", "-lr0.001", "-lr0.003", "-lr0.03")
-    ]
-    ends = [runs.load_run(runs.SHIPPED / folder).curve[-10:] for folder in folders]
-    assert max(np.mean([row.return_after for row in end]) for end in ends) < 50
+def test_no_setting_of_the_search_rescues_the_supervised_baselines(env, algorithm):
+    found = sorted(runs.SHIPPED.glob(f"search-{env}-*-{algorithm}-*-seed0"))
+    assert len(found) == 8  # four settings with either data
+    assert max(results.training_scores(found, window=20)) < 50
 
 
 def test_every_figure_is_drawn_from_the_stored_runs(tmp_path):
@@ -238,7 +262,7 @@ def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
 def test_the_ablation_figure_shows_what_is_left_without_each_loss():
     figure = study_figures.ablation(runs.SHIPPED)
     for axes, stem in zip(
-        figure.axes, ("ablation-optimal-w_bc0.0", "point2d-optimal-maml"), strict=True
+        figure.axes, ("ablation-optimal-w_bc0.0", "control-point2d-optimal-maml"), strict=True
     ):
         shown = [line for line in axes.get_lines() if line.get_label()[0] != "_"]
         lines = {line.get_label().partition(",")[0]: line.get_ydata() for line in shown}
@@ -254,7 +278,8 @@ def test_the_switches_stand_below_their_control():
     assert names == list(studies.switch_runs(runs.SHIPPED))
     assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first row is on top
     diamonds = [line for line in axes.get_lines() if line.get_marker() == "D"]
-    expected = unseen("point2d", "optimal", "emrld-ws", step=1).mean()
+    control = studies.control_runs(runs.SHIPPED, "point2d", "optimal", "emrld-ws")
+    expected = results.run_scores(control, 1).mean()
     assert diamonds[0].get_xdata()[0] == pytest.approx(expected)
 
 

@@ -359,6 +359,22 @@ def test_adaptation_curve_keeps_tasks_apart():
     assert returns[1] > returns[0] + 20
 
 
+def test_by_its_mean_action_a_policy_walks_as_a_plain_loop_says():
+    stored = runs.load_run(runs.SHIPPED / "point2d-optimal-meta-bc-seed1")
+    shown = evaluation.testing_demonstrations(stored, tasks=3)
+    sampled = evaluation.evaluate_run(stored, shown, steps=1, episodes=5)
+    rollout = evaluation.acting_by_mean(stored, shown, sampled).rollouts[1]
+    assert rollout.states.shape[:2] == (3, 1)  # one episode: there is nothing to average
+    for task in range(3):
+        place = torch.zeros(2)
+        adapted = {name: value[task : task + 1] for name, value in sampled.policies[1].items()}
+        for time_step in range(int(rollout.mask[task].sum())):
+            assert rollout.states[task, 0, time_step] == pytest.approx(place, abs=1e-3)
+            (mean,) = policy.distribution(adapted, place[None]).mean
+            move = 0.1 * mean.clamp(-1, 1)
+            place = place + move * min(1.0, 0.1 / float(move.norm()))
+
+
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [
@@ -370,26 +386,25 @@ def test_adaptation_curve_keeps_tasks_apart():
     ],
 )
 def test_stored_runs_show_what_the_readme_says(name, low, high):
-    seeds = [runs.SHIPPED / f"{name}-seed{seed}" for seed in range(3)]
+    seeds = results.seeds_of(runs.SHIPPED, name)
     assert all(low <= value <= high for value in results.training_scores(seeds))
 
 
 def test_maml_starves_on_point2d():
-    for seed in range(3):
-        curve = runs.load_run(runs.SHIPPED / f"point2d-optimal-maml-seed{seed}").curve
-        assert curve[59].return_after < 5
+    for folder in results.seeds_of(runs.SHIPPED, "point2d-optimal-maml"):
+        assert runs.load_run(folder).curve[59].return_after < 10
 
 
 @pytest.mark.parametrize("name", ["optimal-emrld-ws", "optimal-emrld", "suboptimal-emrld"])
 def test_one_step_on_unseen_goals_gives_nine_tenths(name):
-    for seed in range(3):
-        folder = runs.SHIPPED / f"point2d-{name}-seed{seed}"
+    for folder in results.seeds_of(runs.SHIPPED, f"point2d-{name}"):
         unseen = results.returns_by_step(folder)
         assert unseen[1] >= 0.9 * runs.load_run(folder).curve[-1].return_after
 
 
 def test_stored_runs_have_no_stray_files():
-    allowed = {"config.json", "curve.csv", "policy.safetensors", "provenance.json", "unseen.csv"}
+    allowed = {"config.json", "curve.csv", "policy.safetensors", "provenance.json"}
+    allowed |= {evaluation.SAMPLED, evaluation.BY_MEAN}
     for folder in runs.SHIPPED.iterdir():
         assert {path.name for path in folder.iterdir()} <= allowed
 
@@ -400,7 +415,7 @@ def test_the_first_iterations_of_a_stored_run_can_be_replayed_anywhere(tmp_path)
     A policy that stood still would earn nothing, diverge by nothing, and meet the second
     iteration's return with another.
     """
-    folder = runs.SHIPPED / "point2d-optimal-emrld-ws-seed0"
+    folder = runs.SHIPPED / "point2d-optimal-emrld-ws-seed3"
     stored = runs.load_run(folder)
     facts = json.loads((folder / "provenance.json").read_text())
     assert re.fullmatch("[0-9a-f]{40}", facts["commit"])
@@ -409,7 +424,7 @@ def test_the_first_iterations_of_a_stored_run_can_be_replayed_anywhere(tmp_path)
     for name in ("return_before", "return_after", "kl", "env_steps"):
         assert getattr(first, name) == pytest.approx(getattr(stored.curve[0], name), rel=1e-3)
     assert second.return_before == pytest.approx(stored.curve[1].return_before, rel=1e-2)
-    assert second.return_before > 2 * first.return_before > 0.2
+    assert second.return_before > 5 * first.return_before > 0.1
 
 
 def test_the_portable_run_is_repeated_digit_for_digit(tmp_path):

@@ -11,12 +11,14 @@ from ..config import TrainConfig
 from ..demonstrations import Demonstrations
 from ..demonstrators.recipes import unseen_demonstrations
 from ..evaluate import LATER_RATE, AdaptationCurve, adaptation_curve
-from ..rollout import Rollout, episode_returns
+from ..policy import without_noise
+from ..rollout import Rollout, collect, episode_returns
 from ..storage import read_csv, write_csv
 from ..validation import InputError, number, real_number, seed_number, whole_number
 from .runs import Run
 
 UNSEEN_TASKS, STEPS = 20, 3  # with which stored runs are tested
+SAMPLED, BY_MEAN = "unseen.csv", "by_mean.csv"  # a run's table, as its policies act in the test
 EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
 
 
@@ -41,6 +43,20 @@ def evaluate_run(
         later_rate,
         config.score(),
     )
+
+
+def acting_by_mean(
+    run: Run, demonstrations: Demonstrations, curve: AdaptationCurve
+) -> AdaptationCurve:
+    """Return an adaptation curve whose policies act by their mean action, one episode per task.
+
+    They are the same policies: the trajectories that each step adapted on were sampled, as ever. The
+    paper samples actions "during training" (appendix C) and does not say how a policy acts in the test.
+    """
+    world, policies = run.config.environment(), [without_noise(each) for each in curve.policies]
+    nothing_drawn = torch.Generator()
+    rollouts = [collect(world, demonstrations.tasks, each, 1, nothing_drawn) for each in policies]
+    return AdaptationCurve(rollouts, policies)
 
 
 def testing_demonstrations(run: Run, tasks: int = UNSEEN_TASKS, seed: int = 0) -> Demonstrations:

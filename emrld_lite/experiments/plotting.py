@@ -154,7 +154,7 @@ def divergence(
     axes.axhline(bound, color="black", linewidth=1.4)
     axes.set(yscale="log", ylim=(1e-5, top), xlabel="meta-iteration")
     axes.set_ylabel("KL of one update (nats)")
-    axes.legend(loc="lower right")
+    axes.legend(loc="upper right")
 
 
 def waits(rows: Mapping[str, Sequence[int | None]], budget: int, axes: Axes) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..algorithms import ALGORITHMS
 from ..validation import InputError
-from .evaluation import read_evaluation
+from .evaluation import SAMPLED, read_evaluation
 from .runs import load_curve
 
 TITLES = {
@@ -86,12 +86,13 @@ def stored_seeds(folder: Path, env: str, quality: str) -> dict[str, list[Path]]:
     return found
 
 
-def task_returns(run: Path, goal: str | None = None) -> np.ndarray:
+def task_returns(run: Path, goal: str | None = None, table: str = SAMPLED) -> np.ndarray:
     """Return a run's return on each test task by adaptation step, (step, task).
 
     Of all tasks, or of those whose goal is written as ``goal``; InputError where there is none.
+    ``table`` is the file that says so, with sampled actions or by the mean action.
     """
-    path = run / "unseen.csv"
+    path = run / table
     rows = [row for row in read_evaluation(path) if goal in (None, row.goal)]
     if not rows:
         raise InputError(f"{path}: expected tasks with the goal {goal}, got none")
@@ -104,23 +105,27 @@ def returns_by_step(run: Path, goal: str | None = None) -> list[float]:
     return [float(mean) for mean in task_returns(run, goal).mean(1)]
 
 
-def task_scores(runs: Sequence[Path], step: int, goal: str | None = None) -> np.ndarray:
+def task_scores(
+    runs: Sequence[Path], step: int, goal: str | None = None, table: str = SAMPLED
+) -> np.ndarray:
     """Return each test task's mean return after ``step`` adaptation steps, (seed, task).
 
     Raises InputError for no runs, and for a run that was not tested after so many steps.
     """
     scores = []
     for run in _some(runs):
-        returns = task_returns(run, goal)
+        returns = task_returns(run, goal, table)
         if not 0 <= step < len(returns):
-            raise InputError(f"{run / 'unseen.csv'}: expected rows of step {step}, got none")
+            raise InputError(f"{run / table}: expected rows of step {step}, got none")
         scores.append(returns[step])
     return np.array(scores)
 
 
-def run_scores(runs: Sequence[Path], step: int, goal: str | None = None) -> np.ndarray:
+def run_scores(
+    runs: Sequence[Path], step: int, goal: str | None = None, table: str = SAMPLED
+) -> np.ndarray:
     """Return each run's score: its mean return over test tasks after ``step`` steps, (seed,)."""
-    return task_scores(runs, step, goal).mean(1)
+    return task_scores(runs, step, goal, table).mean(1)
 
 
 def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 10) -> np.ndarray:
@@ -139,9 +144,20 @@ def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 
 
 def largest_fall(run: Path, window: int = 10) -> float:
     """Return how far the mean over ``window`` iterations falls below its best so far, as a share of it."""
-    returns = [row.return_after for row in load_curve(run / "curve.csv")]
-    smooth = np.convolve(returns, np.ones(window) / window, "valid")
+    smooth = _smoothed(run, window)
     return float((np.maximum.accumulate(smooth) - smooth).max() / smooth.max())
+
+
+def best_and_last(run: Path, window: int = 10) -> tuple[float, float]:
+    """Return the best mean return after adaptation over ``window`` iterations, and the last."""
+    smooth = _smoothed(run, window)
+    return float(smooth.max()), float(smooth[-1])
+
+
+def _smoothed(run: Path, window: int) -> np.ndarray:
+    """Return the mean training return over each ``window`` iterations in a row."""
+    returns = [row.return_after for row in load_curve(run / "curve.csv")]
+    return np.convolve(returns, np.ones(window) / window, "valid")
 
 
 def _some(runs: Sequence[Path]) -> Sequence[Path]:

@@ -1,7 +1,8 @@
 """Which stored runs belong to which study: sensitivity, ablation, the ledger's switches, changing dynamics.
 
-The first three vary one thing on Point2D and compare with a control that stands in the main
-comparison; the grids are data/grids/{sensitivity,ablation,switches,drift}.toml.
+The first three vary one thing and compare with a control that has the defaults of when they were
+run, where the main comparison has today's; the grids are
+data/grids/{sensitivity,ablation,switches,controls,drift}.toml.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ AS_STORED = {
     "meta_momentum": 0.0,
     "trust_region": TrustRegion(damping=0.1, fisher_samples=200),
 }
-"""What was the default when the stored runs were made, and is no longer."""
+"""What was the default when sensitivity, ablation and switches were run, and is no longer."""
 SWITCHES = {
     "fixed-sigma": "sigma fixed at 1",
     "exact-steps": "steps of length exactly 0.1",
@@ -56,16 +57,22 @@ READINGS = tuple(
 )
 
 
+def control_runs(folder: Path, env: str, quality: str, algorithm: str) -> list[Path]:
+    """Return the runs that the studies of one environment, data and algorithm are compared with."""
+    stem = f"{env}-{quality}-{algorithm}"
+    return seeds_of(folder, f"control-{stem}") or seeds_of(folder, stem)  # HalfCheetah's
+
+
 def sensitivity_runs(folder: Path, algorithm: str, varied: str) -> dict[float, list[Path]]:
     """Return the runs of one panel of Fig. 7 by the weight ``varied``, w_rl or w_bc; the other is 1."""
     check_choice("varied weight", varied, ("w_rl", "w_bc"))
     found = {}
     for value in WEIGHTS:
         w_rl, w_bc = (value, 1.0) if varied == "w_rl" else (1.0, value)
-        name = f"sensitivity-{algorithm}-w_rl{w_rl}-w_bc{w_bc}"
+        seeds = seeds_of(folder, f"sensitivity-{algorithm}-w_rl{w_rl}-w_bc{w_bc}")
         if (w_rl, w_bc) == (0.2, 1.0):  # Table 1's own setting
-            name = f"point2d-optimal-{algorithm}"
-        if seeds := seeds_of(folder, name):
+            seeds = control_runs(folder, "point2d", "optimal", algorithm)
+        if seeds:
             found[value] = seeds
     return found
 
@@ -75,20 +82,21 @@ def ablation_runs(folder: Path, quality: str) -> dict[str, list[Path]]:
 
     With sub-optimal data w_rl is 1, so EMRLD without cloning is MAML.
     """
-    without_cloning = {"optimal": "ablation-optimal-w_bc0.0", "suboptimal": "point2d-optimal-maml"}
-    check_choice("data", quality, without_cloning)
-    names = {
-        "EMRLD": f"point2d-{quality}-emrld",
-        "w_bc = 0": without_cloning[quality],
-        "w_rl = 0": f"ablation-{quality}-w_rl0.0",
+    check_choice("data", quality, ("optimal", "suboptimal"))
+    without_cloning = {
+        "optimal": seeds_of(folder, "ablation-optimal-w_bc0.0"),
+        "suboptimal": control_runs(folder, "point2d", "optimal", "maml"),
     }
-    found = {label: seeds_of(folder, name) for label, name in names.items()}
+    found = {
+        "EMRLD": control_runs(folder, "point2d", quality, "emrld"),
+        "w_bc = 0": without_cloning[quality],
+        "w_rl = 0": seeds_of(folder, f"ablation-{quality}-w_rl0.0"),
+    }
     return {label: seeds for label, seeds in found.items() if seeds}
 
 
 def switch_runs(folder: Path) -> dict[str, list[Path]]:
     """Return the runs of each switch of the ledger by what it changes; the control comes first."""
-    names = {CONTROL: "point2d-optimal-emrld-ws"}
-    names |= {label: f"switch-{name}" for name, label in SWITCHES.items()}
-    found = {label: seeds_of(folder, name) for label, name in names.items()}
+    found = {CONTROL: control_runs(folder, "point2d", "optimal", "emrld-ws")}
+    found |= {label: seeds_of(folder, f"switch-{name}") for name, label in SWITCHES.items()}
     return {label: seeds for label, seeds in found.items() if seeds}

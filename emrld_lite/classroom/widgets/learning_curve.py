@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from ...algorithms import ALGORITHMS
 from ...experiments import plotting, runs
+from ...experiments.results import seeds_of
 from ...train import Record
 
 UNLABELLED = {"A": "emrld-ws", "B": "emrld"}
@@ -59,19 +60,23 @@ def unlabelled_panels() -> tuple[Figure, dict[str, float]]:
     """Return EMRLD's and EMRLD-WS's stored curves in panels A and B, and each panel's last grey return.
 
     Means over the seeds, before the adaptation step (grey, thin) and after it (black, thick); the grey
-    return is the mean of the last ten iterations.
+    return is the mean of the last ten iterations. The longer training is cut to the length of the
+    other, which would give the answer away.
     """
+    trainings = {}
+    for panel, algorithm in UNLABELLED.items():
+        found = seeds_of(runs.SHIPPED, f"point2d-optimal-{algorithm}")
+        trainings[panel] = [runs.load_run(folder).curve for folder in found]
+    shortest = min(len(curve) for curves in trainings.values() for curve in curves)
     figure, panels = plt.subplots(1, 2, figsize=(9, 3.2), sharey=True)
     last = {}
-    for axes, (panel, algorithm) in zip(panels, UNLABELLED.items(), strict=True):
-        found = sorted(runs.SHIPPED.glob(f"point2d-optimal-{algorithm}-seed*"))
-        curves = [runs.load_run(folder).curve for folder in found]
-        before = [[row.return_before for row in curve] for curve in curves]
-        after = [[row.return_after for row in curve] for curve in curves]
-        axes.plot(np.mean(after, 0), color="black", label="after the adaptation step")
-        axes.plot(np.mean(before, 0), color="#777777", linewidth=1, label="before it ($D^{tr}$)")
+    for axes, (panel, curves) in zip(panels, trainings.items(), strict=True):
+        before = np.mean([[row.return_before for row in c[:shortest]] for c in curves], 0)
+        after = np.mean([[row.return_after for row in c[:shortest]] for c in curves], 0)
+        axes.plot(after, color="black", label="after the adaptation step")
+        axes.plot(before, color="#777777", linewidth=1, label="before it ($D^{tr}$)")
         axes.set(title=f"Panel {panel}", xlabel="meta-iteration", ylim=(-2, 85))
-        last[panel] = float(np.mean(before, 0)[-10:].mean())
+        last[panel] = float(before[-10:].mean())
     panels[0].set_ylabel("mean return, twelve training tasks")
     panels[0].legend(loc="lower right")
     plt.close(figure)

@@ -25,6 +25,7 @@ def evaluate(
     seed: int = 0,
     demos: str | None = None,
     later_rate: float = LATER_RATE,
+    by_mean: bool = False,
     threads: int = 1,
 ) -> None:
     """Adapt a stored meta-policy to unseen tasks, one demonstration each, fresh rollouts per step.
@@ -38,6 +39,7 @@ def evaluate(
         seed: seed of the tasks and of every draw
         demos: a demonstration file with test tasks; by default the workbook's expert makes them
         later_rate: length of the steps after the first, which training knows, in units of the first
+        by_mean: test each policy by its mean action, in one episode; it adapts on sampled ones as ever
         threads: CPU threads
     """
     machine.use_threads(threads)
@@ -55,6 +57,8 @@ def evaluate(
         demonstrations = demonstration_files.load(Path(demos), stored.config.env)
         budget.check_evaluation(world, len(demonstrations.tasks), steps, episodes)
     curve = evaluation.evaluate_run(stored, demonstrations, steps, episodes, seed, later_rate)
+    if by_mean:
+        curve = evaluation.acting_by_mean(stored, demonstrations, curve)
     evaluation.write_evaluation(out, demonstrations, curve)
     reports.print_evaluation(stored, curve, demonstrations.tasks)
     print(f"{out}: every task and step")
