@@ -212,6 +212,13 @@ def warm_start_gain(place):
     return shift_interval(at(place, "optimal", "emrld-ws"), at(place, "optimal", "emrld"))
 
 
+def quicker(quality, env):
+    """Return the interval of EMRLD-WS less EMRLD over the first thirty training iterations."""
+    seeds = stored_seeds(SHIPPED, env, quality)
+    warm, plain = (training_scores(seeds[n], end=30, window=30) for n in ("emrld-ws", "emrld"))
+    return shift_interval(warm, plain)
+
+
 def above_one_nat(name):
     """Return how many updates moved the adapted policies by more than one nat, and of how many."""
     seeds = [s for env in TITLES for q in STEPS_SHOWN for s in stored_seeds(SHIPPED, env, q)[name]]
@@ -552,6 +559,11 @@ CLAIMS = {
         for place in (*GOALS, BOTH_WAYS)
         for end in (-warm_start_gain(place).low, warm_start_gain(place).high)
     ],
+    "07#warm-start-begins": lambda: [
+        *[quicker("optimal", env).estimate for env in PLENTIFUL],
+        *[quicker("suboptimal", env).estimate for env in PLENTIFUL],
+        -quicker("optimal", "half_cheetah").estimate,
+    ],
     "07#monotone": lambda: [
         max(falls(*OURS, worlds=["point2d", "half_cheetah"])),
         *falls(*OURS, worlds=["two_wheeled"]),
@@ -748,6 +760,11 @@ CLAIMS = {
         0.9,  # the level, 90 %
         smallest_lead("optimal", (*GOALS, FORWARD, BOTH_WAYS)),
         *by_mean("optimal", "meta-bc", "emrld"),
+    ],
+    "ledger#claim-warm-start": lambda: [
+        30,
+        *[end for env in PLENTIFUL for end in quicker("suboptimal", env)],
+        *[quicker("optimal", env).estimate for env in PLENTIFUL],
     ],
     "ledger#claim-monotone": lambda: [
         max(falls(*OURS)),
