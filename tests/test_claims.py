@@ -841,6 +841,12 @@ CLAIMS = {
         *drift_lead("emrld", HIDDEN)[1:],
         *[drift(name, 1, SEEN_LITERAL) for name in (*OURS, "maml")],
         *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
+        *[
+            end
+            for reading in (SEEN, HIDDEN, HIDDEN_LITERAL)
+            for end in searched(f"{reading}-optimal-maml", "no-momentum")
+        ],
+        *(SEARCH_END, iterations(SEEN, "optimal")),
     ],
     "ledger#claim-robot-one-step": lambda: [
         *(ROBOT_DRIFT, ROBOT_TRIALS),
