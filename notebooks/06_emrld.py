@@ -798,7 +798,7 @@ guess.reveal("panels", f"B is EMRLD, A is EMRLD-WS: {greys}")
 
 # %% [markdown] tags=["reveal"]
 # 1. **B is EMRLD.** $\mathcal D^{\mathrm{tr}}$ is collected by the meta-policy itself there, which is good at no task: grey lies at zero throughout. In EMRLD-WS one cloning step comes before grey is measured, so grey rises.
-#    The black curves look alike and tell you nothing.
+#    Panel A's black curve rises earlier, which could be the luck of a few seeds: it tells you less.
 # 2. **About zero**, and the training has not failed: what is trained is the policy after adaptation, black. A meta-policy is not meant to be used as it is.
 # 3. **That the tasks are not different enough**: one policy would do them all, and adaptation would add nothing. A benchmark of meta-learning should show both curves for this reason; the paper shows black alone.
 
