@@ -754,7 +754,7 @@ final = {
     for name, seeds in curves.items()
 }
 assert min(final["emrld"] + final["emrld-ws"]) >= 70
-assert max(curve[59].return_after for curve in curves["maml"]) < 10  # after sixty iterations
+assert max(curve[59].return_after for curve in curves["maml"]) < 5  # after sixty iterations
 assert max(final["maml"]) < 15
 assert max(final["released start"]) < 1
 for name, returns in final.items():

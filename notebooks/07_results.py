@@ -928,7 +928,7 @@ guess.reveal("broke", ", ".join(broken) or "none")
 # fault of its own: it may find no step at all. One seed of EMRLD on TwoWheeled took none in 89 of its 300 iterations, and ends as it was in the middle of them; the same seed loses what it has with a second adaptation step (Figure 5).
 #
 # So some of these trainings *broke down*, which is more than the paper's "little data". Is the divergence then the *reason* of the failure? Not for Meta-BC: with sigma fixed its training on Point2D stays in bounds with every seed, and it earns more than with a learned sigma, but still far less than EMRLD. Little data remains a
-# reason (notebook 05 gives it more). Nor for GMPS: at a fifth of Adam's rate it stays in bounds, and earns no more (README has the numbers of the search).
+# reason (notebook 05 gives it more). For GMPS the question is open: at a fifth of Adam's rate it stays in bounds and earns no more, but it learns more slowly then, too (README has the numbers of the search).
 
 # %% [markdown]
 # ## 6 · The paper's claims
@@ -956,7 +956,7 @@ clock.at("the paper's claims")
 # | 1 | **holds** in three environments of three if the tested policies are sampled; by their mean action Meta-BC does at least as well on the goal-reaching two. On HalfCheetah because of the forward direction, backward the baselines do as well | section 2 |
 # | 2 | **holds** | section 2 |
 # | 3 | **holds** but for TwoWheeled, where one seed of EMRLD falls by more than a tenth of its best | section 2 |
-# | 4 | **differs**: with sigma fixed, as in the paper, it is steady on Point2D; sampled it earns a half of what EMRLD does, by its mean action as much. On HalfCheetah it is unstable and solves one of two tasks | sections 2 and 5 |
+# | 4 | **differs**: with sigma fixed, as in the paper, it is steady on Point2D; sampled it earns less than two thirds of what EMRLD does, by its mean action at least as much. On HalfCheetah it is unstable and solves one of two tasks | sections 2 and 5 |
 # | 5 | **differs**: MAML learns a little on Point2D, and on TwoWheeled it finds goals and loses them; GMPS fails on both, but its training breaks down as well, and on HalfCheetah it runs backward for both tasks, with rewards in sight | section 2 |
 # | 6 | **holds** after one step in three environments of three; after three steps only at a smaller rate | section 3 |
 # | 7 | **differs**: seen for Meta-BC in two environments of three | section 3 |
