@@ -1015,7 +1015,7 @@ print(f"mean return on the training tasks: sampled {returns[0]:.1f}, by its mean
 
 # %% [markdown]
 # If the paper's reason is right, more data must mend it. There are two ways to have more: more paths per goal, or more goals. `data/demonstrations/point2d-paths.npz` has the same twelve goals with twenty noisy paths each, which show corrections, too;
-# `point2d-plentiful.npz` has 240 goals with one noisy path each. The algorithm and its settings stay as they are.
+# `point2d-plentiful.npz` has 240 goals with one noisy path each. The algorithm and its settings stay as they are; these trainings have 400 iterations in place of 700, and two seeds.
 #
 # **Predict first.** A return of about 80 is the best there is. What is the mean return on unseen goals from one path per goal, from twenty, and from twenty times as many goals?
 
@@ -1039,7 +1039,7 @@ assert found["twenty paths"].mean() + 10 < found["one path"].mean() < found["240
 guess.reveal("plenty", ", ".join(f"{scores.mean():.1f}" for scores in found.values()))
 
 # %% [markdown] tags=["reveal"]
-# Twenty paths per goal, noise and corrections in them, make it surer on the goals that it knows and much worse on the others: so much about twelve goals teaches the twelve goals. With 240 goals known and unseen ones are alike, for little more return. What it lacks then is no demonstration: its own noise stays, whatever is shown.
+# Twenty paths per goal, noise and corrections in them, make it surer on the goals that it knows and much worse on the others: it looks as if so much about twelve goals taught those twelve. With 240 goals known and unseen ones are alike, for little more return. What it lacks then is no demonstration: its own noise stays, whatever is shown.
 
 # %% [markdown]
 # **And GMPS** (right)**?** Its adaptation is MAML's, so it starves in the same way: where no episode is rewarded,
