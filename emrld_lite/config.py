@@ -32,7 +32,7 @@ EnvironmentName = Literal[
 ]
 MOST_ROUNDS = 1000  # of the trust region's loops: halved so often, a step is zero
 AlgorithmName = Literal["emrld", "emrld-ws", "maml", "meta-bc", "gmps"]
-MetaUpdate = Literal["rl-trpo", "cloning-adam", "cloning-trpo"]
+MetaUpdate = Literal["rl-trpo", "cloning-adam", "cloning-trpo", "rl-and-cloning-trpo"]
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from emrld_lite.experiments import checkpoints, runs
 from emrld_lite.learners import (
     Adam,
     CloningTrpo,
+    RlAndCloningTrpo,
     TaskData,
     Trpo,
     adapted_kl,
@@ -232,6 +233,34 @@ def test_cloning_by_trpo_reads_no_reward_of_d_val():
         for late in (after, unpaid)
     )
     assert torch.equal(policy.to_vector(one), policy.to_vector(other))
+
+
+def test_rl_and_cloning_by_trpo_start_from_the_sum_of_both_losses_and_gradients():
+    params = random_params(0)
+    data = TaskData(random_rollout(2, 6), random_rollout(3, 6), random_demonstrations(1, 6))
+    rule = dataclasses.replace(META_BC, w_rl=0.2)
+    rl, cloning, both = (
+        learner(params, trpo.TrustRegion()).objective(params, chunks(data), rule)
+        for learner in (Trpo, CloningTrpo, RlAndCloningTrpo)
+    )
+    assert both.value == pytest.approx(rl.value + cloning.value)
+    torch.testing.assert_close(both.gradient, rl.gradient + cloning.gradient)
+
+
+def test_rl_and_cloning_by_trpo_accept_a_step_that_lowers_the_sum_within_the_bound():
+    params = random_params(0)
+    data = TaskData(random_rollout(2, 6), random_rollout(3, 6), random_demonstrations(1, 6))
+    learner = RlAndCloningTrpo(params, trpo.TrustRegion(max_kl=0.02, fisher_samples=20))
+    stepped, step = learner.update(params, data, META_BC, torch.Generator().manual_seed(0))
+    assert step.note == ""
+    old = policies_after(params, data, META_BC)
+    totals = [
+        float(losses.surrogate_loss(policies_after(theta, data, META_BC), old, data.after).mean())
+        + mean_cloning_loss(theta, data, META_BC)
+        for theta in (params, stepped)
+    ]
+    assert totals[1] < totals[0]
+    assert 0 < step.kl <= 0.02
 
 
 def test_a_meta_update_that_is_chosen_replaces_the_algorithm_s():

@@ -2,9 +2,14 @@
 
 from .adam import LARGE_KL, UNBOUNDED, Adam, adapted_kl
 from .base import Learner, TaskData, chunks, cloning_gradient, policies_after
-from .trust_region import CloningTrpo, Trpo
+from .trust_region import CloningTrpo, RlAndCloningTrpo, Trpo
 
-LEARNERS = {"rl-trpo": Trpo, "cloning-adam": Adam, "cloning-trpo": CloningTrpo}
+LEARNERS = {
+    "rl-trpo": Trpo,
+    "cloning-adam": Adam,
+    "cloning-trpo": CloningTrpo,
+    "rl-and-cloning-trpo": RlAndCloningTrpo,
+}
 
 __all__ = [
     "LARGE_KL",
@@ -13,6 +18,7 @@ __all__ = [
     "Adam",
     "CloningTrpo",
     "Learner",
+    "RlAndCloningTrpo",
     "TaskData",
     "Trpo",
     "adapted_kl",

@@ -1,4 +1,4 @@
-"""The meta-update by TRPO: a surrogate of RL on D^val (the paper's), or the demonstrations' likelihood."""
+"""The meta-update by TRPO: RL's surrogate on D^val (the paper's), the demonstrations' likelihood, or both."""
 
 from __future__ import annotations
 
@@ -143,3 +143,24 @@ class CloningTrpo(Trpo):
         """Return the cloning loss after adaptation, summed over a few tasks."""
         task_params = detach(adapt(theta, part.before, part.demonstrations, rule))
         return float(cloning_loss(task_params, part.demonstrations, rule).sum())
+
+
+class RlAndCloningTrpo(CloningTrpo):
+    """The surrogate on D^val plus the cloning loss after adaptation, by one step of TRPO.
+
+    Section 3 tried "the double use of the demonstration data [...] by adding an additional gradient
+    through a BC loss function". It names no weight; here each loss has weight 1.
+    """
+
+    def objective(self, theta: Params, parts: list[TaskData], rule: Adaptation) -> Objective:
+        """Return the sum of both means, its gradient, and the adapted policies."""
+        rl = Trpo.objective(self, theta, parts, rule)
+        cloning = super().objective(theta, parts, rule)
+        return Objective(rl.value + cloning.value, rl.gradient + cloning.gradient, rl.old)
+
+    def objective_and_kl(
+        self, trial: Params, part: TaskData, old: Gaussian, rule: Adaptation
+    ) -> tuple[float, float]:
+        """Return the exact sum of both losses and KL of a trial on a few tasks, each summed over them."""
+        surrogate, kl = Trpo.objective_and_kl(self, trial, part, old, rule)
+        return surrogate + self.loss(trial, part, rule), kl
