@@ -861,6 +861,10 @@ CLAIMS = {
         *[shift_interval(blind(n), blind("maml")).low for n in OURS],
         *(robot("maml", stage).mean() for stage in (BEFORE, AFTER)),
     ],
+    "ledger#claim-robot-meta-policy": lambda: [
+        *min_and_max(robot("emrld", BEFORE)),
+        *min_and_max(robot("emrld-ws", BEFORE)),
+    ],
     "ledger#claim-robot-far": lambda: [
         *[robot(n, AFTER, value=0.8).mean() for n in (*OURS, "maml")],
         *[robot(n, AFTER, "delay", 1.0).mean() for n in (*OURS, "maml")],
