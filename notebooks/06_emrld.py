@@ -755,8 +755,7 @@ final = {
 }
 assert min(final["emrld"] + final["emrld-ws"]) >= 70
 assert max(curve[59].return_after for curve in curves["maml"]) < 5  # after sixty iterations
-assert max(final["maml"]) < 15
-assert max(final["released start"]) < 1
+assert max(final["maml"] + final["released start"]) < 15
 for name, returns in final.items():
     print(f"{name:14} last ten iterations, per seed:", *(f"{value:5.1f}" for value in returns))
 sixty = [f"{curve[59].return_after:.1f}" for curve in curves["maml"]]
@@ -768,8 +767,8 @@ guess.reveal("maml", ", ".join(f"{value:.1f}" for value in final["maml"]) + ", a
 #
 # When EMRLD-WS has already found its goals, MAML has seen a handful
 # of rewards by luck. Later these lucky episodes do teach it something: to walk up the middle, past the goals that
-# lie there, for about an eighth of the return of the others, and there it stays. The paper reports no learning at all, and with the
-# network's start of its released code (`--network-start xavier`, the last row: three seeds, 150 iterations, the defaults of when they were run) we find the same: all stay under 1. The demonstrations change
+# lie there, for about an eighth of the return of the others, and there it stays. The paper reports no learning at all. Is it the
+# network's start? With that of its released code (`--network-start xavier`, the last row: three seeds) one seed has found nothing after 150 iterations, and the others do about as ours do after as many. The demonstrations change
 # *where the adapted policy looks*; once a reward is found, the meta-update's RL does the rest. That is the paper's idea in one figure.
 
 # %% [markdown]

@@ -622,7 +622,7 @@ guess.reveal("mean", f"{told['optimal']}; {told['suboptimal']}")
 # **Measured.** With optimal data **Meta-BC solves both environments by its mean action**: 79.4 on Point2D and 83.9 on TwoWheeled, where the demonstrations have 80.9 and 84.0, EMRLD 80.3 and 77.7, and EMRLD-WS 80.6 and 81.8; on TwoWheeled EMRLD-WS is even behind it, by anything from 0.4 to 8.8. With sub-optimal data it fails either way, with 11.3 and 5.1, where EMRLD has 77.8 and 76.7. MAML and GMPS
 # fail by this score as well, with 12.3 at most.
 #
-# So the claim about good demonstrations hangs on a sentence that the paper lacks. If the tested policies are sampled, EMRLD is ahead, and not because its sigma is learned: with sigma fixed at 1 EMRLD-WS returns as much on Point2D (notebook 08, the first switch of section 5). RL trains a policy together with its noise, and cloning copies one that had none. If they act by their mean, whoever has *clean, whole* demonstrations needs no reward: cloning in both steps
+# So the claim about good demonstrations hangs on a sentence that the paper lacks. If the tested policies are sampled, EMRLD is ahead, and not because its sigma is learned: with sigma fixed at 1 EMRLD-WS loses little on Point2D (notebook 08, the first switch of section 5). RL trains a policy together with its noise, and cloning copies one that had none. If they act by their mean, whoever has *clean, whole* demonstrations needs no reward: cloning in both steps
 # does at least as well. It is the bad demonstrations that tell EMRLD from cloning, whatever the score.
 
 # %% [markdown]

@@ -42,7 +42,6 @@ from emrld_lite.experiments.robot_figures import sweep_of
 from emrld_lite.experiments.robot_study import AFTER, BEFORE, TRIAL, controller_name, load_study
 from emrld_lite.experiments.runs import SHIPPED, load_config, load_curve
 from emrld_lite.experiments.studies import (
-    AS_STORED,
     CONTROL,
     READINGS,
     SENSITIVITY_END,
@@ -108,8 +107,15 @@ ELSEWHERE = (
 NOT_STORED = (
     "README#Later adaptation steps need a smaller rate"  # evaluate --later-rate 1 prints it
 )
+COSTLY = (
+    "first-order meta-gradient",
+    "network starts with zero biases",
+    "advantages not normalised",
+    "cloning loss summed",
+    "sigma fixed at 1",
+    "aliased conjugate gradient",
+)
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
-THEN = AS_STORED["trust_region"]
 STARVED = "starved-two_wheeled-suboptimal-emrld"
 LEAST, MOST = WEIGHTS[0], WEIGHTS[-1]
 HALFWAY = 35  # of a return of about 70, by which the panels of Fig. 7 are compared
@@ -380,7 +386,8 @@ def weights(name, varied):
 def halfway(varied, value):
     """Return the first iteration at which EMRLD's mean return over seeds is above HALFWAY."""
     curves = [
-        load_curve(run / "curve.csv")[:SENSITIVITY_END] for run in weights("emrld", varied)[value]
+        load_curve(run / "curve.csv")[: SENSITIVITY_END["emrld"]]
+        for run in weights("emrld", varied)[value]
     ]
     means_by_iteration = [
         np.mean([row.return_after for row in rows]) for rows in zip(*curves, strict=True)
@@ -393,10 +400,19 @@ def min_and_max(values):
     return ordered[0], ordered[-1]
 
 
+def late_seeds(name, varied, value):
+    """Return the late return of each seed of an algorithm with one value of a weight."""
+    return training_scores(weights(name, varied)[value], SENSITIVITY_END[name])
+
+
+def late_by_weight(name, varied, value):
+    """Return the mean late return of an algorithm with one value of a weight."""
+    return late_seeds(name, varied, value).mean()
+
+
 def span(name, varied):
     """Return the largest less the smallest mean late return of a panel of Fig. 7."""
-    panel = sensitivity_runs(SHIPPED, name, varied)
-    late_means = [training_scores(seeds, SENSITIVITY_END).mean() for seeds in panel.values()]
+    late_means = [late_by_weight(name, varied, value) for value in WEIGHTS]
     return max(late_means) - min(late_means)
 
 
@@ -414,15 +430,32 @@ def switch_waits(label):
     """Return the fewest and the most iterations of a switch's seeds to the target."""
     curves = [load_curve(run / "curve.csv") for run in switch_runs(SHIPPED)[label]]
     return min_and_max(
-        next(row.iteration + 1 for row in curve if row.return_after >= TARGET) for curve in curves
+        next((row.iteration + 1 for row in curve if row.return_after >= TARGET), len(curve))
+        for curve in curves
     )
+
+
+def switch_gaps():
+    """Return by how much each switch changes the return on unseen goals, by what it changes."""
+    control, *others = (run_scores(seeds, 1) for seeds in switch_runs(SHIPPED).values())
+    names = list(switch_runs(SHIPPED))[1:]
+    return {n: shift_interval(o, control) for n, o in zip(names, others, strict=True)}
+
+
+def small_switch_losses():
+    """Return the losses that are shown, and too small to matter."""
+    worth = 0.05 * EARNED["point2d"]
+    return [-gap.estimate for gap in switch_gaps().values() if gap.high < 0 and gap.low > -worth]
 
 
 def largest_switch_loss():
     """Return the largest loss that remains possible for a switch that is not told apart."""
-    control, *others = (run_scores(seeds, 1) for seeds in switch_runs(SHIPPED).values())
-    gaps = [shift_interval(other, control) for other in others]
-    return max(lost_at_most(gap) for gap in gaps if gap.high >= 0)
+    return max(lost_at_most(gap) for gap in switch_gaps().values() if gap.high >= 0)
+
+
+def switch_seeds(label):
+    """Return the score of each seed of a switch on unseen goals, sorted."""
+    return sorted(run_scores(switch_runs(SHIPPED)[label], 1))
 
 
 def searched(what, *settings, at_best=False):
@@ -639,24 +672,27 @@ CLAIMS = {
         lost_at_most(without_rl(*ELSEWHERE[4])),
     ],
     "08#sensitivity-verdicts": lambda: [
-        *[span(name, varied) for name in OURS for varied in ("w_rl", "w_bc")],
-        MOST,
-        *[np.ptp(training_scores(weights(name, "w_bc")[MOST], SENSITIVITY_END)) for name in OURS],
-        *(MOST, HALFWAY, halfway("w_bc", MOST), LEAST, halfway("w_bc", LEAST)),
+        *[span(name, "w_rl") for name in OURS],
+        *(late_by_weight("emrld-ws", "w_bc", LEAST), LEAST),
+        *(late_by_weight("emrld-ws", "w_bc", MOST), MOST),
+        *[min(late_seeds("emrld-ws", "w_bc", value)) for value in (LEAST, MOST)],
+        min(late_by_weight("emrld-ws", "w_bc", value) for value in WEIGHTS[1:4]),
+        *(
+            SENSITIVITY_END["emrld"],
+            *[late_by_weight("emrld", "w_bc", value) for value in WEIGHTS[:4]],
+        ),
+        *(*WEIGHTS[:4], late_by_weight("emrld", "w_bc", MOST), MOST),
+        *(HALFWAY, halfway("w_bc", LEAST), LEAST, halfway("w_bc", MOST), MOST),
         *min_and_max(halfway("w_rl", value) for value in WEIGHTS),
     ],
     "08#switch-verdicts": lambda: [
-        switch(CONTROL),
-        switch("first-order meta-gradient"),
-        switch("cloning loss summed"),
-        *(TARGET, switch_spread(CONTROL), largest_switch_loss(), 1),  # sigma fixed at 1
-        *(switch_spread("sigma fixed at 1"), TARGET, *switch_waits("sigma fixed at 1")),
-        *[
-            number
-            for label in ("steps of length exactly 0.1", "log-density averaged over dimensions")
-            for number in (switch_spread(label), *switch_waits(label))
-        ],
-        *switch_waits(CONTROL),
+        *(switch(CONTROL), switch_spread(CONTROL)),
+        *map(switch, COSTLY),
+        *min_and_max(small_switch_losses()),
+        largest_switch_loss(),
+        *(TARGET, *switch_waits(CONTROL), switch_waits("sigma fixed at 1")[1]),
+        *[switch_seeds("advantages not normalised")[seed] for seed in (2, 0, 1)],
+        *switch_seeds("network starts with zero biases"),
     ],
     "09#robot-at-the-papers-drift": on_robot,
     "09#robot-without-heading-numbers": on_robot_without_heading,
@@ -702,10 +738,17 @@ CLAIMS = {
         controller(ROBOT_DRIFT),
         *(robot(n, AFTER, "delay", 1.0).mean() for n in ("emrld-ws", "maml")),
     ],
-    "README#The second-order meta-gradient and the mean in the cloning loss matter": lambda: [
-        switch("first-order meta-gradient"),
-        switch("cloning loss summed"),
+    "README#The second-order meta-gradient, biases at the start, normalised advantages, and the mean "
+    "in the cloning loss matter": lambda: [
+        *map(switch, COSTLY[:4]),
         switch(CONTROL),
+        100,  # iterations
+        switch("sigma fixed at 1"),
+        np.ceil(
+            max(
+                lost_at_most(gap) for label, gap in switch_gaps().items() if label not in COSTLY[:5]
+            )
+        ),
         largest_switch_loss(),
     ],
     "README#The baselines got a search, and Meta-BC gains most": lambda: [
@@ -739,16 +782,17 @@ CLAIMS = {
         *(median_and_latest(draws("emrld-ws"))[0], min(waits("emrld-ws"))),
         median_and_latest(draws("emrld-ws"))[1],
     ],
-    "README#A starved trust region costs a seed": lambda: [
-        *sorted(training_scores(seeds_of(SHIPPED, STARVED))),
-        late("control-two_wheeled-suboptimal-emrld", STUDY_END),
+    "ledger#log-density": lambda: [
+        *(TARGET, *switch_waits("log-density of the joint action")),
+        *switch_waits(CONTROL),
     ],
     "ledger#fisher-product": lambda: [
-        *(TrustRegion.fisher_samples, TrustRegion.damping),
-        *(THEN.fisher_samples, THEN.damping),
+        *(TrustRegion.fisher_samples, TrustRegion.damping, TrustRegion.cg_iterations),
         *starved(),
-        *sorted(training_scores(seeds_of(SHIPPED, STARVED))),
-        late("control-two_wheeled-suboptimal-emrld", STUDY_END),
+        *min_and_max(training_scores(seeds_of(SHIPPED, STARVED))),
+        *min_and_max(
+            training_scores(seeds_of(SHIPPED, "two_wheeled-suboptimal-emrld"), starved()[2])
+        ),
     ],
     "ledger#claim-emrld-learns": lambda: [
         UNSEEN_TASKS,
@@ -871,10 +915,12 @@ CLAIMS = {
         controller(None),
     ],
     "ledger#claim-sensitivity": lambda: [
-        *(SENSITIVITY_END - WINDOW + 1, SENSITIVITY_END),
-        *[span(name, varied) for name in OURS for varied in ("w_rl", "w_bc")],
+        *(WINDOW, SENSITIVITY_END["emrld"], *[late_by_weight("emrld", "w_bc", v) for v in WEIGHTS]),
+        *(LEAST, MOST, span("emrld", "w_rl"), SENSITIVITY_END["emrld-ws"]),
+        *[span("emrld-ws", varied) for varied in ("w_rl", "w_bc")],
         *(HALFWAY, halfway("w_bc", MOST), MOST, halfway("w_bc", LEAST), LEAST),
         *min_and_max(halfway("w_rl", value) for value in WEIGHTS),
+        *(LEAST, MOST),
     ],
     "ledger#claim-ablation-cloning": lambda: [
         STUDY_END - WINDOW + 1,
@@ -889,7 +935,10 @@ CLAIMS = {
         *[lost_at_most(without_rl_in(quality)) for quality in STEPS_SHOWN],
         lost_at_most(without_rl(*ELSEWHERE[4])),
     ],
-    "ledger#switches": lambda: [UNSEEN_TASKS, *map(switch, switch_runs(SHIPPED))],
+    "ledger#switches": lambda: [
+        *(UNSEEN_TASKS, 100),
+        *map(switch, switch_runs(SHIPPED)),
+    ],
 }
 
 

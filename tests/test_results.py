@@ -279,7 +279,7 @@ def test_the_switches_stand_below_their_control():
     assert names == list(studies.switch_runs(runs.SHIPPED))
     assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first row is on top
     diamonds = [line for line in axes.get_lines() if line.get_marker() == "D"]
-    control = studies.control_runs(runs.SHIPPED, "point2d", "optimal", "emrld-ws")
+    control = results.seeds_of(runs.SHIPPED, "point2d-optimal-emrld-ws")
     expected = results.run_scores(control, 1).mean()
     assert diamonds[0].get_xdata()[0] == pytest.approx(expected)
 

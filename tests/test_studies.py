@@ -9,19 +9,26 @@ from emrld_lite.experiments import runs, studies
 from emrld_lite.experiments.grid import load_grid
 from emrld_lite.experiments.results import run_scores, seeds_of, stored_seeds, training_scores
 from emrld_lite.experiments.runs import SHIPPED, differences, load_config
+from emrld_lite.trpo import TrustRegion
 from emrld_lite.validation import InputError
 
 GRIDS = sorted((SHIPPED.parent / "grids").glob("*.toml"))
 SWITCHED = {
     "sigma fixed at 1": ["learn_sigma"],
     "steps of length exactly 0.1": ["step_rule"],
-    "log-density averaged over dimensions": ["adapt_lr"],
+    "log-density of the joint action": ["log_density"],
     "cloning loss summed": ["bc_reduction"],
     "first-order meta-gradient": ["second_order"],
     "aliased conjugate gradient": ["trust_region"],
     "reward of 1e-5 elsewhere": ["reward_elsewhere"],
     "advantages not normalised": ["normalise"],
+    "first 20 episodes to end, of 30": ["started_episodes"],
+    "network starts with zero biases": ["network_start"],
+    "no momentum in the meta-update": ["meta_momentum"],
+    "Fisher matrix damped by 0.1": ["trust_region"],
+    "KL bound of 0.01, not 0.02": ["trust_region"],
 }
+SEEDS, STUDIED = 5, 3  # of the main comparison, of a study
 
 
 @pytest.mark.parametrize("path", GRIDS, ids=lambda path: path.stem)
@@ -45,11 +52,27 @@ def test_a_switch_changes_one_thing_and_no_seed():
     studied = studies.switch_runs(SHIPPED)
     control = {run.name[-1]: load_config(run) for run in studied.pop(studies.CONTROL)}
     assert set(studied) == set(SWITCHED)
+    assert len(control) == SEEDS
     for label, seeds in studied.items():
-        assert len(seeds) == len(control) == 3
+        assert len(seeds) == STUDIED
         for run in seeds:
             config = load_config(run)
             assert differences(config, control[run.name[-1]]) == SWITCHED[label]
+
+
+@pytest.mark.parametrize(
+    ("label", "change"),
+    [
+        ("aliased conjugate gradient", {"aliased_cg": True}),
+        ("Fisher matrix damped by 0.1", {"damping": 0.1}),
+        ("KL bound of 0.01, not 0.02", {"max_kl": 0.01}),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_a_switch_of_the_trust_region_changes_what_it_says(label, change):
+    expected = dataclasses.replace(TrustRegion().for_actions(2), **change)
+    for run in studies.switch_runs(SHIPPED)[label]:
+        assert load_config(run).trust_region.for_actions(2) == expected
 
 
 @pytest.mark.parametrize("algorithm", ["emrld", "emrld-ws"])
@@ -58,7 +81,8 @@ def test_a_panel_of_the_sensitivity_varies_one_weight(algorithm, varied):
     panel = studies.sensitivity_runs(SHIPPED, algorithm, varied)
     assert list(panel) == [0.2, 0.4, 0.6, 0.8, 1.0]
     for value, seeds in panel.items():
-        assert len(seeds) == 3
+        table_1 = (varied, value) == ("w_rl", 0.2)  # whose runs are the main comparison's
+        assert len(seeds) == (SEEDS if table_1 else STUDIED)
         for run in seeds:
             config = load_config(run)
             rule = config.adaptation("optimal")
@@ -126,11 +150,3 @@ def test_the_late_return_is_the_mean_of_its_ten_iterations():
     column = lines[0].split(",").index("return_after")
     late = [float(line.split(",")[column]) for line in lines[91:101]]  # iterations 90 to 99
     assert training_scores([seed], 100)[0] == pytest.approx(sum(late) / 10)
-
-
-def test_averaging_the_log_density_is_half_the_rate():
-    averaged = load_grid(SHIPPED.parent / "grids/switches.toml")[
-        "switch-averaged-log-density-seed0"
-    ]
-    control = dataclasses.replace(averaged, adapt_lr=0.01)
-    assert averaged.adapt_lr == control.adapt_lr / control.environment().action_dim

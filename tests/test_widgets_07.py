@@ -197,7 +197,7 @@ def test_a_weight_is_drawn_with_every_seed_s_return_and_speed():
     panel = sensitivity_runs(SHIPPED, "emrld", "w_bc")
     means = [line for line in late.lines if line.get_label().endswith("varied")]
     assert list(means[1].get_ydata()) == pytest.approx(
-        [training_scores(seeds, SENSITIVITY_END).mean() for seeds in panel.values()]
+        [training_scores(seeds, SENSITIVITY_END["emrld"]).mean() for seeds in panel.values()]
     )
     points = [line for line in speed.lines if not line.get_label().endswith("varied")]
     seeds_drawn = sum(len(line.get_ydata()) for line in points)

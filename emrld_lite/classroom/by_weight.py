@@ -39,17 +39,18 @@ def return_and_speed(folder: Path, algorithms: Sequence[str] = ("emrld", "emrld-
         len(algorithms), 2, figsize=(8.8, 5.0), sharex=True, squeeze=False
     )
     for (late, speed), algorithm in zip(panels, algorithms, strict=True):
+        end = SENSITIVITY_END[algorithm]
         for varied in VARIED:
             runs = sensitivity_runs(folder, algorithm, varied)
-            ends = {value: training_scores(seeds, SENSITIVITY_END) for value, seeds in runs.items()}
+            ends = {value: training_scores(seeds, end) for value, seeds in runs.items()}
             waits = {
-                value: np.array([iterations_to(run, HALFWAY, SENSITIVITY_END) for run in seeds])
+                value: np.array([iterations_to(run, HALFWAY, end) for run in seeds])
                 for value, seeds in runs.items()
             }
             _draw(late, ends, varied)
             _draw(speed, waits, varied)
         late.set(ylim=(0, 85), ylabel=f"{plotting.label(algorithm)}\nlate return")
-        speed.set(ylim=(0, SENSITIVITY_END), ylabel=f"iterations to {HALFWAY:g}")
+        speed.set(ylim=(0, 1.03 * end), ylabel=f"iterations to {HALFWAY:g}")
     for axes in panels[-1]:
         axes.set(xlabel="weight (the other is 1)", xticks=(0.2, 0.4, 0.6, 0.8, 1.0))
     panels[0, 1].legend(loc="upper right")

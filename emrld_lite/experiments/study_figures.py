@@ -19,14 +19,14 @@ from .studies import SENSITIVITY_END, STUDY_END, ablation_runs, sensitivity_runs
 
 def sensitivity(folder: Path) -> Figure:
     """Draw EMRLD and EMRLD-WS with five values of w_rl (w_bc = 1) and of w_bc (w_rl = 1). Fig. 7."""
-    figure, panels = plt.subplots(2, 2, figsize=(8.4, 5.8), sharex=True, sharey=True)
+    figure, panels = plt.subplots(2, 2, figsize=(8.4, 5.8), sharex="row", sharey=True)
     for row, varied in zip(panels.T, ("w_rl", "w_bc"), strict=True):
         for axes, algorithm in zip(row, ("emrld", "emrld-ws"), strict=True):
             symbol, fixed = (f"$w_{{\\mathrm{{{part}}}}}$" for part in _pair(varied))
             stored = sensitivity_runs(folder, algorithm, varied)
             labels = {f"{symbol} = {value}": runs for value, runs in stored.items()}
             looks = dict(zip(labels, plotting.shades(algorithm, len(labels)), strict=True))
-            _study(labels, looks, axes, SENSITIVITY_END)
+            _study(labels, looks, axes, SENSITIVITY_END[algorithm])
             axes.set_title(f"{plotting.label(algorithm)}, {fixed} = 1")
     for axes in panels[0]:
         axes.set_xlabel("")
@@ -81,7 +81,7 @@ def switches(folder: Path) -> Figure:
     A row per switch, the control first; one that is stored with a single seed has no interval, and is
     left out.
     """
-    figure, axes = plt.subplots(figsize=(7.2, 3.6))
+    figure, axes = plt.subplots(figsize=(7.2, 4.6))
     stored = {name: seeds for name, seeds in switch_runs(folder).items() if len(seeds) > 1}
     if not stored:
         none_stored(axes)
