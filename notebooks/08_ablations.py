@@ -461,7 +461,7 @@ def iterations_to_70(run):
 studied = switch_runs(runs.SHIPPED)
 usual, worth = run_scores(studied[CONTROL], 1), WORTH * EARNED["point2d"]
 told = {}
-print(f"{'':38}{'return, less control':>27}{'':23}{'spread':>7}   iterations to 70, by seed")
+print(f"{'':34}return   less the control{'':33}spread  iterations to 70, by seed")
 for name, seeds in studied.items():
     scores = run_scores(seeds, 1)
     line = ""
@@ -469,7 +469,7 @@ for name, seeds in studied.items():
         told[name] = (scores.mean(), sentence(shift_interval, scores, usual, worth))
         line = f"{shift_interval(scores, usual):+7.1f}   {told[name][1]}"
     waits = "".join(f"{iterations_to_70(run) or 'never':>7}" for run in seeds)
-    print(f"{name:38}{line:50}{np.ptp(scores):6.1f}  {waits}")
+    print(f"{name:34}{scores.mean():6.1f}{line:50}{np.ptp(scores):6.1f}  {waits}")
 guess.reveal("costs", min(told, key=lambda name: told[name][0]))
 carried = sum(said == plans.NO_LOSS for _, said in told.values())
 guess.reveal("carried", f"{carried} of {len(told)}")

@@ -32,6 +32,9 @@ def sensitivity(folder: Path) -> Figure:
         axes.set_xlabel("")
     for axes in panels[:, 1]:
         axes.set_ylabel("")
+    for axes in panels.flat:
+        if axes.get_legend():
+            axes.legend(loc="lower right", fontsize=8)  # where the curves have risen
     return figure
 
 
