@@ -109,7 +109,7 @@ NOT_STORED = (
 )
 COSTLY = (
     "first-order meta-gradient",
-    "network starts with zero biases",
+    "released start of the network",
     "advantages not normalised",
     "cloning loss summed",
     "sigma fixed at 1",
@@ -692,7 +692,7 @@ CLAIMS = {
         largest_switch_loss(),
         *(TARGET, *switch_waits(CONTROL), switch_waits("sigma fixed at 1")[1]),
         *[switch_seeds("advantages not normalised")[seed] for seed in (2, 0, 1)],
-        *switch_seeds("network starts with zero biases"),
+        *switch_seeds("released start of the network"),
     ],
     "09#robot-at-the-papers-drift": on_robot,
     "09#robot-without-heading-numbers": on_robot_without_heading,
@@ -738,7 +738,7 @@ CLAIMS = {
         controller(ROBOT_DRIFT),
         *(robot(n, AFTER, "delay", 1.0).mean() for n in ("emrld-ws", "maml")),
     ],
-    "README#The second-order meta-gradient, biases at the start, normalised advantages, and the mean "
+    "README#The second-order meta-gradient, the network's start, normalised advantages, and the mean "
     "in the cloning loss matter": lambda: [
         *map(switch, COSTLY[:4]),
         switch(CONTROL),

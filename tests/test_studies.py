@@ -23,7 +23,7 @@ SWITCHED = {
     "reward of 1e-5 elsewhere": ["reward_elsewhere"],
     "advantages not normalised": ["normalise"],
     "first 20 episodes to end, of 30": ["started_episodes"],
-    "network starts with zero biases": ["network_start"],
+    "released start of the network": ["network_start"],
     "no momentum in the meta-update": ["meta_momentum"],
     "Fisher matrix damped by 0.1": ["trust_region"],
     "KL bound of 0.01, not 0.02": ["trust_region"],

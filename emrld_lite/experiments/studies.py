@@ -27,7 +27,7 @@ SWITCHES = {
     "reward-elsewhere": "reward of 1e-5 elsewhere",
     "no-normalisation": "advantages not normalised",
     "first-20-of-30": "first 20 episodes to end, of 30",
-    "xavier": "network starts with zero biases",
+    "xavier": "released start of the network",
     "no-momentum": "no momentum in the meta-update",
     "damping-0.1": "Fisher matrix damped by 0.1",
     "kl-0.01": "KL bound of 0.01, not 0.02",
