@@ -407,7 +407,7 @@ guess.reveal("moves", f"{told}; past 35 at {slow} with w_bc = 0.2, at {fast} wit
 
 # %% [markdown] tags=["reveal"]
 # **Measured.** In $w_{\mathrm{rl}}$ both are robust: over its five values the mean late return of EMRLD moves by 0.7 and that of EMRLD-WS by 6.4, which is one late seed. In $w_{\mathrm{bc}}$ EMRLD-WS is so as well: it ends at 68.9 with 0.2 and at 72.4 with 1, where one seed of three each is late (55.5 and 60.2), and at 78.0 or more between. EMRLD is not: after 200 iterations it ends at 60.7, 47.4, 70.1 and 73.1 with 0.2, 0.4, 0.6 and 0.8, and at 79.2 with 1.
-# It is slower, too: it passes a mean return of 35 at iteration 115 with 0.2 and at 36 with 1; over all values of $w_{\mathrm{rl}}$ between 34 and 38. So the paper's order holds, and "slightly" does not: a weak hint from the demonstration teaches slowly, and some seeds stay behind.
+# It is slower, too: it passes a mean return of 35 at iteration 115 with 0.2 and at 36 with 1; over all values of $w_{\mathrm{rl}}$ between 34 and 38. So the paper's order holds, and "slightly" does not: a weak hint from the demonstration teaches slowly, and some seeds are far behind when these trainings end, while the curves of the three smallest weights still climb.
 #
 # **Is that a contradiction?** The weights do not mean the same. The paper's cloning loss is a sum over the demonstration's steps, about twenty, and its log-density that of the joint action, twice our mean over two dimensions. So its $w_{\mathrm{bc}} = 0.2$ makes a cloning step eight times as long as ours with $w_{\mathrm{bc}} = 1$, and its whole range may
 # lie above ours. (Section 5 tries the sum alone.) What these runs show is that the length of the cloning step matters, not that the paper's figure is wrong.

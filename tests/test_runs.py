@@ -382,7 +382,7 @@ def test_by_its_mean_action_a_policy_walks_as_a_plain_loop_says():
         ("point2d-optimal-emrld", 70, 85),
         ("point2d-suboptimal-emrld", 60, 85),
         ("point2d-optimal-maml", -1, 15),
-        ("point2d-optimal-maml-xavier", -1, 15),
+        ("point2d-optimal-maml-xavier", -1, 10),
     ],
 )
 def test_stored_runs_show_what_the_readme_says(name, low, high):
