@@ -271,7 +271,7 @@ def test_the_torso_is_where_mujoco_says():
     data = mujoco.MjData(model)
     data.qpos[:] = np.random.default_rng(1).normal(size=9)
     mujoco.mj_forward(model, data)
-    seen = half_cheetah.observation(data.qpos, data.qvel)
+    seen = cheetah_body.observation(data.qpos, data.qvel)
     assert seen[17:] == pytest.approx(data.body("torso").xpos)
     restored, _ = cheetah_body.full_state(torch.from_numpy(seen))
     assert restored == pytest.approx(data.qpos)

@@ -1,4 +1,4 @@
-"""The cheetah's body: its MuJoCo model, its capsules for drawing, and MuJoCo's own pictures of it."""
+"""The cheetah's body: its MuJoCo model, what is observed of it, and how it is drawn."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from torch import Tensor
 
 from .rendering import picture
 
+TORSO_HEIGHT = 0.7  # of the torso when its joints are at 0, metres
 logger = logging.getLogger(__name__)
 
 
@@ -23,6 +24,17 @@ def cheetah_model() -> mujoco.MjModel:
     mujoco.set_mju_user_warning(lambda text: logger.info("mujoco: %s", text))
     folder = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
     return mujoco.MjModel.from_xml_path(str(folder / "half_cheetah.xml"))
+
+
+def observation(
+    qpos: Float[np.ndarray, "*at 9"], qvel: Float[np.ndarray, "*at 9"]
+) -> Float[np.ndarray, "*at 20"]:
+    """Return the joint positions but x (8), all velocities (9), the torso's position (3).
+
+    The released code's observation, not the 17 of HalfCheetah-v5.
+    """
+    x, z = qpos[..., :1], qpos[..., 1:2] + TORSO_HEIGHT
+    return np.concatenate([qpos[..., 1:], qvel, x, np.zeros_like(x), z], axis=-1)
 
 
 def full_state(

@@ -25,27 +25,15 @@ from .base import (
     Transition,
     refuse_wrong,
 )
-from .cheetah_body import capsules, cheetah_model, rendered
+from .cheetah_body import capsules, cheetah_model, observation, rendered
 
 HORIZON = 100  # control steps, appendix B
 FRAME_SKIP = 5  # physics steps per control step, as in Gymnasium's HalfCheetah
-TORSO_HEIGHT = 0.7  # of the torso when its joints are at 0, metres
 REWARD_BEYOND = 2.0  # metres from the start
 CONTROL_COST = 0.05  # times the squared norm of the action, released code
 POSITION_BOUND, VELOCITY_BOUND = 100.0, 1000.0  # beyond, a simulation counts as broken
 TORSO_X = 17  # where an observation has the torso's x
 START_NOISE = 0.1  # of a random start, as in Gymnasium's HalfCheetah and the released code
-
-
-def observation(
-    qpos: Float[np.ndarray, "*at 9"], qvel: Float[np.ndarray, "*at 9"]
-) -> Float[np.ndarray, "*at 20"]:
-    """Return the joint positions but x (8), all velocities (9), the torso's position (3).
-
-    The released code's observation, not the 17 of HalfCheetah-v5.
-    """
-    x, z = qpos[..., :1], qpos[..., 1:2] + TORSO_HEIGHT
-    return np.concatenate([qpos[..., 1:], qvel, x, np.zeros_like(x), z], axis=-1)
 
 
 def run_reward(

@@ -13,7 +13,8 @@ from .notebook_05_trust_region import conjugate_gradient, full_step
 from .notebook_06 import adaptation_step, surrogate
 from .notebook_06_experiment import what_parts_add
 from .notebook_06_iteration import meta_loss
-from .notebook_07 import false_ahead_rate, rank_interval, seeds_needed
+from .notebook_07 import false_ahead_rate, seeds_needed
+from .notebook_07_ranks import rank_interval
 from .notebook_07_reading import hidden_by_mean, read_curves
 from .notebook_08 import clean_pairs, own_experiment, which_sentence
 from .notebook_09 import largest_gain, odometry, wheel_command

@@ -95,7 +95,9 @@ def bench(
         tasks: numbers of tasks for the growth
         walk: print instead which functions one meta-iteration calls, in order, with file and line
     """
-    from .. import bench as benchmark  # MuJoCo is only needed here  # noqa: PLC0415
+    # MuJoCo is only needed here
+    from .. import bench as benchmark  # noqa: PLC0415
+    from .. import physics_bench  # noqa: PLC0415
 
     if walk:
         print(*benchmark.walk(), sep="\n")
@@ -107,5 +109,5 @@ def bench(
         budget.check_training(TrainConfig(), positive_count("tasks", count))
     machine.use_threads(threads)
     benchmark.report(iterations, tasks)
-    benchmark.report_cheetah()
-    benchmark.report_robot()
+    physics_bench.report_cheetah()
+    physics_bench.report_robot()
