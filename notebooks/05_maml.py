@@ -50,6 +50,7 @@ from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.experiments import plotting, results, runs
+from emrld_lite.experiments.evaluation import evaluate_run
 from emrld_lite.learners import TaskData, Trpo, cloning_gradient, policies_after
 from emrld_lite.rollout import Rollout, collect, episode_returns
 
@@ -676,7 +677,7 @@ guess.reveal("meta-policy", f"{ways[1]}; one step then fans it out to the goals"
 #
 # Now the whole of MAML in the package, with a policy of two hidden layers, on Point2D with two rewards: *dense* as above, and *sparse*, zero unless the
 # point is within 0.2 of its goal. Same code, same start, same random draws; $\alpha = 0.1$ for both, which Finn et al. (2017) chose for
-# dense rewards and which serves MAML better here than Table 1's 0.01. Returns of different rewards cannot be compared, so we measure the
+# dense rewards, in place of Table 1's 0.01. Returns of different rewards cannot be compared, so we measure the
 # same thing for both: how far from its goal an adapted policy ends, and how many of the episodes it adapts on hold any reward at all.
 #
 # **Predict first.** In what share of the first 240 episodes is anything rewarded, dense and sparse? And how far from its goal does
@@ -737,7 +738,7 @@ guess.reveal("distance", f"dense {dense[0]:.2f}, sparse {sparse[0]:.2f} (last th
 # On the dense reward sixteen iterations are enough. On the sparse one MAML fails in one of two ways, depending on the seed and the processor.
 # Either it **starves**: hardly any episode is rewarded, and hardly a step is taken. Or it is
 # **led astray**: a few episodes of a few tasks are rewarded, steps *are* taken, on the word of these tasks alone, and the policies of all
-# the others go along. Then the distance grows: an untrained policy ends about two from its goal, a misled one often three or four.
+# the others go along. Then the distance grows: an untrained policy ends about two from its goal, a misled one three to six, and the farther the longer it is trained.
 
 # %% [markdown]
 # ### Where did the gradient go?
@@ -839,21 +840,26 @@ stored = runs.load_run(runs.SHIPPED / "point2d-dense-maml-seed0")
 trained = stored.config.adaptation("optimal")  # alpha = 0.1
 final = [row.return_after for row in stored.curve[-10:]]
 untrained = stored.curve[0].return_after
-draws = torch.Generator().manual_seed(1)
-trial = score(collect(point, data.tasks, stored.meta_params, 20, draws))
-solved = adapt(stored.meta_params, trial, data, trained)
-test = collect(point, data.tasks, solved, 20, draws)
-nearest = (test.states - data.tasks[:, None, None]).norm(dim=-1)  # (task, episode, time)
-nearest = nearest.masked_fill(test.mask == 0, torch.inf).amin(-1)
-inside = float((nearest < 0.2).float().mean())
-assert inside > 0.8 and min(final) > -45 and untrained < -150
+inside = []  # (draw, task): the share of adapted episodes that come within 0.2 of their goal
+for seed in range(5):
+    draws = torch.Generator().manual_seed(seed)
+    trial = score(collect(point, data.tasks, stored.meta_params, 20, draws))
+    test = collect(point, data.tasks, adapt(stored.meta_params, trial, data, trained), 20, draws)
+    nearest = (test.states - data.tasks[:, None, None]).norm(dim=-1)  # (task, episode, time)
+    nearest = nearest.masked_fill(test.mask == 0, torch.inf).amin(-1)
+    inside.append((nearest < 0.2).float().mean(-1))
+inside = torch.stack(inside)
+assert inside.mean() > 0.6 and min(final) > -45 and untrained < -150
 print(
     f"stored run: return {untrained:.1f} at first, {sum(final) / 10:.1f} over the last ten iterations"
 )
-print(f"{100 * inside:.1f} % of the adapted episodes come within 0.2 of their goal")
+print("adapted episodes within 0.2 of their goal (%), by draw of the episodes to adapt on:")
+print(*(f"{100 * float(share):5.0f}" for share in inside.mean(1)))
+print("and by task:")
+print(*(f"{100 * float(share):5.0f}" for share in inside.mean(0)))
 
 # %% [markdown]
-# So it is not: with a signal MAML solves the same twelve tasks in one step. What it lacks is a reward to begin with. EMRLD puts a
+# So it is not: with a signal MAML solves most of the same twelve tasks in one step; which few it misses changes with the episodes that it adapted on. What it lacks is a reward to begin with. EMRLD puts a
 # demonstration where MAML starves: at the first gate, into the adaptation. That is [notebook 06](06_emrld.ipynb), and here the core ends.
 #
 # ## 5 · Two more rows of the table (further reading)
@@ -1016,7 +1022,7 @@ print(f"mean return on the training tasks: sampled {returns[0]:.1f}, by its mean
 # If the paper's reason is right, more data must mend it. There are two ways to have more: more paths per goal, or more goals. `data/demonstrations/point2d-paths.npz` has the same twelve goals with twenty noisy paths each, which show corrections, too;
 # `point2d-plentiful.npz` has 240 goals with one noisy path each. The algorithm and its settings stay as they are; these trainings have 400 iterations in place of 700, and two seeds.
 #
-# **Predict first.** A return of about 80 is the best there is. What is the mean return on unseen goals from one path per goal, from twenty, and from twenty times as many goals?
+# **Predict first.** A return of about 80 is the best there is. What is the mean return on unseen goals, with one clean path of each to adapt on, after a training with one path per goal, with twenty, and with twenty times as many goals?
 
 # %%
 guess.ask("plenty", "mean return: as it is, twenty paths per goal, 240 goals")
@@ -1038,10 +1044,32 @@ assert found["twenty paths"].mean() + 10 < found["one path"].mean() < found["240
 guess.reveal("plenty", ", ".join(f"{scores.mean():.1f}" for scores in found.values()))
 
 # %% [markdown] tags=["reveal"]
-# Twenty paths per goal, noise and corrections in them, make it surer on the goals that it knows and much worse on the others: it looks as if so much about twelve goals taught those twelve. With 240 goals known and unseen ones are alike, for little more return. What it lacks then is no demonstration: its own noise stays, whatever is shown.
+# Twenty paths per goal, noise and corrections in them, seem to make it surer on the goals that it knows and much worse on the others. But two things differ between these two numbers: the goals are others, *and* a known goal came with twenty noisy paths to adapt on, an unseen one with a single clean path. So here are the twelve *known* goals with less to adapt on.
+
+# %% tags=["twenty-paths-to-adapt-on", "tolerance:abs=4", "reveal"]
+file = runs.SHIPPED.parent / "demonstrations" / "point2d-paths.npz"
+paths = load_demonstrations(str(file), "point2d")  # (task, 20, time, ...)
+parts = {name: getattr(paths, name)[:, :1] for name in ("states", "actions", "mask")}
+for run in map(runs.load_run, results.seeds_of(runs.SHIPPED, "point2d-meta-bc-paths")):
+    known = {
+        "twenty noisy paths": paths,
+        "one of them": replace(paths, **parts),
+        "a clean one": data,
+    }
+    line = ""
+    for what, demonstrations in known.items():
+        walked = evaluate_run(run, demonstrations, steps=1).rollouts[1]
+        known[what] = float(episode_returns(walked).mean())
+        line += f"   {what} {known[what]:5.1f}"
+    assert known["twenty noisy paths"] > 10 + known["a clean one"]
+    print(f"seed {run.config.seed}, known goals:{line}")
+
+# %% [markdown] tags=["reveal"]
+# Given one clean path, it does no better on a goal that it knows than on one that it does not. What it learned from twenty paths per goal is to adapt on twenty: the loss comes from the demonstration, and these runs do not show any from the goals being new. The 240 goals, with one path each in training and in the test, are the clean experiment. With them
+# known and unseen goals are alike, for little more return. What it lacks then is no demonstration: its own noise stays, whatever is shown.
 
 # %% [markdown]
-# **And GMPS** (right)**?** Its adaptation is MAML's, so it starves in the same way: where no episode is rewarded,
+# **And GMPS** (right)**?** Its adaptation is MAML's: where no episode is rewarded,
 # $\theta_i = \theta$. All such tasks share *one* policy, which is asked to follow all their demonstrations at once. The best a
 # Gaussian can do is to fit them all, with a mean between them and a sigma as wide as their differences. Is that
 # what was learned?
@@ -1063,15 +1091,15 @@ print(f"first action: {off:.2f} off the mean of the demonstrations' first action
 print(f"which are {spread:.2f} off it themselves, on average")
 
 # %% [markdown]
-# The paper again: "negligible learning signal", and little data for the meta-update. Both failures are findings only if
+# The tasks that did see a reward differ little, too (Figure 9), so a lack of reward is a part of the story at most. The paper again: "negligible learning signal", and little data for the meta-update. Both failures are findings only if
 # the baselines had their chance. A learning rate could be to blame, or the noise: the paper fixes sigma, and we let it be learned. So each
 # baseline gets the same search, on the training tasks and with one seed (`data/grids/search.toml`): Table 1's values; ten times their $\alpha$; a fifth of Adam's learning rate;
-# and sigma fixed. Here is the mean return after adaptation over the last twenty iterations.
+# and sigma fixed; Meta-BC has 300 iterations, GMPS 150. (Meta-BC's best with optimal data was then trained on to 700: the run with 48.8 above.) Here is the mean return after adaptation over the last twenty iterations.
 #
-# **Predict first.** EMRLD earns more than 70 on both (notebook 06). What is the best that the search finds for Meta-BC, and for GMPS?
+# **Predict first.** On Point2D and on TwoWheeled EMRLD's mean over seeds is above 70 with either data (notebook 07). What is the best that the search finds there for Meta-BC, and for GMPS?
 
 # %%
-guess.ask("search", "the best of the search: Meta-BC, and GMPS")
+guess.ask("search", "the best on both: Meta-BC, and GMPS")
 
 # %% tags=["search", "reveal"]
 settings = {
@@ -1080,23 +1108,24 @@ settings = {
     "rate 0.002": "rate0.002",
     "sigma fixed": "fixed-sigma",
 }
-print(f"{'':32}" + "".join(f"{title:>13}" for title in settings))
+print(f"{'':33}" + "".join(f"{title:>13}" for title in settings))
 best = {}
 for name in ("meta-bc", "gmps"):
-    for env, title in list(results.TITLES.items())[:2]:
+    for env, title in results.TITLES.items():
         for quality in ("optimal", "suboptimal"):
             stem = f"search-{env}-{quality}-{name}"
             found = [runs.SHIPPED / f"{stem}-{setting}-seed0" for setting in settings.values()]
             ends = results.training_scores(found, window=20)  # (setting,)
-            best[name] = max(best.get(name, 0.0), ends.max())
-            print(f"{plotting.label(name):9}{title:11}{quality:12}", end="")
+            if env != "half_cheetah":
+                best[name] = max(best.get(name, 0.0), ends.max())
+            print(f"{plotting.label(name):9}{title:12}{quality:12}", end="")
             print("".join(f"{end:13.1f}" for end in ends))
 assert max(best.values()) < 50
 guess.reveal("search", f"{best['meta-bc']:.1f}, and {best['gmps']:.1f}")
 
 # %% [markdown] tags=["reveal"]
-# Sampled, no setting rescues either. The paper's fixed sigma more than doubles Meta-BC's return on Point2D with optimal data and steadies its training: a learned sigma shrinks under cloning (at Table 1's values to 0.17 and less), and the gradient of the log-likelihood grows with $1/\sigma^2$. For
-# GMPS little helps. The comparison of notebook 07 gives each baseline the best setting of its row.
+# Sampled, no setting rescues either within these iterations. The paper's fixed sigma more than doubles Meta-BC's return on Point2D with optimal data. Why, these runs do not isolate: a learned sigma shrinks under cloning (at Table 1's values to 0.17 and less), so its actions carry less noise, and yet it returns less. For
+# GMPS little helps. On HalfCheetah Table 1's values are Meta-BC's best (134.7 with optimal data, and its curve still rises; 99.7 with sub-optimal), and no setting of GMPS or MAML ends above 0. The comparison of notebook 07 gives each baseline the best setting of its row.
 #
 # What EMRLD does differently is now easy to say. It puts the demonstration where MAML starves, *into the adaptation*, and keeps RL
 # where cloning stops, *in the meta-update*.
@@ -1207,24 +1236,35 @@ def angle(params, rule):
 # %% tags=["angles", "tolerance:abs=2", "tolerance:rel=0.1", "reveal"]
 clock.at("first order, for a policy")
 cloning = ALGORITHMS["meta-bc"].adaptation("optimal", log_density="joint")
-settings = ((fresh, maml), (fresh, cloning), (stored.meta_params, maml))
+last = stored.meta_params
+smaller_noise = {**fresh, "log_sigma": last["log_sigma"]}
+only_network = {**last, "log_sigma": fresh["log_sigma"]}
+settings = (
+    (fresh, maml),
+    (fresh, cloning),
+    (last, maml),
+    (smaller_noise, maml),
+    (only_network, maml),
+)
+rows = [*cases, "untrained but for its sigma, RL", "trained but for its sigma, RL"]
 degrees = [
     [angle(params, replace(rule, adapt_lr=rate)) for rate in (0.01, 0.1)]
     for params, rule in settings
 ]
 print(f"{'degrees, with alpha =':32} {0.01:5} {0.1:5}")
-for case, (short, long) in zip(cases, degrees, strict=True):
-    print(f"{case:32} {short:5.1f} {long:5.1f}")
-untrained_rl, untrained_cloning, trained_rl = degrees
+for row, (short, long) in zip(rows, degrees, strict=True):
+    print(f"{row:32} {short:5.1f} {long:5.1f}")
+untrained_rl, untrained_cloning, trained_rl, *parts = degrees
 assert 3 * untrained_rl[0] < min(untrained_cloning[0], trained_rl[0])
 assert 1.2 * untrained_rl[1] < min(untrained_cloning[1], trained_rl[1])
 assert untrained_rl[1] > 4 * untrained_rl[0]
+assert untrained_rl[0] < min(part[0] for part in parts)
 guess.reveal("angle", f"{cases[0]}; ten times the step makes it nearly ten times as large")
 
 # %% [markdown] tags=["reveal"]
 # Three things make the two gradients part. A longer step does, nearly in proportion for the untrained policy: what first order forgets is
-# $\alpha H$. At the same $\alpha$, cloning has the larger curvature from the start. And training does: the policy learns to
-# make its one step count, and that *is* learning a large $\alpha H$.
+# $\alpha H$. At the same $\alpha$, cloning has the larger curvature from the start. And training does, in two ways, which the last two rows separate: it shrinks sigma, and the gradient of a log-density grows with
+# $1/\sigma^2$; and it changes the network, which learns to make its one step count. Either alone does a part of it, for this one policy.
 
 # %% [markdown]
 # ## Where paper and code differ
@@ -1245,9 +1285,9 @@ guess.reveal("angle", f"{cases[0]}; ten times the step makes it nearly ten times
 # - First order drops $\alpha H$. It does not see that a task which its own step solves needs no help.
 # - TRPO's meta-update is a solver, a product and a check; each meets its known answer. A fault in the solver shows in its
 #   directions, and not in its formulas.
-# - On a dense reward MAML solves twelve tasks in one step; on the sparse one it must find a reward twice. Without the first its step is
+# - On a dense reward MAML solves most of twelve tasks in one step; on the sparse one it must find a reward twice. Without the first its step is
 #   exactly zero, without the second its meta-gradient, and what the rewarded few say may lead the others astray.
-# - Further reading: Meta-BC follows its demonstrations by its mean action and jitters about them when it is sampled, GMPS starves for want of reward; the KL is zero at first, and each trial adapts again.
+# - Further reading: Meta-BC follows its demonstrations by its mean action and jitters about them when it is sampled, GMPS makes nearly one policy for all tasks; the KL is zero at first, and each trial adapts again.
 #
 # **Next** [notebook 06](06_emrld.ipynb): EMRLD, which needs neither much data nor luck.
 #

@@ -57,6 +57,7 @@ from emrld_lite.classroom.widgets.learning_curve import LiveCurve, unlabelled_pa
 from emrld_lite.config import TrainConfig
 from emrld_lite.demonstrations import load_demonstrations
 from emrld_lite.experiments import lottery, plotting, runs
+from emrld_lite.experiments.evaluation import evaluate_run
 from emrld_lite.experiments.results import seeds_of
 from emrld_lite.learners import TaskData, Trpo, policies_after
 from emrld_lite.rollout import Rollout, collect, episode_returns
@@ -265,7 +266,7 @@ for row in ALGORITHMS.values():
 # $$\theta_{k+1} = \theta_k - \beta\, \nabla_\theta \sum_i \mathcal L^{\mathrm{RL}}_i\big(\theta_{k,i}(\theta);\, \mathcal D^{\mathrm{val}}_i\big), \qquad\text{(meta)}$$
 #
 # where $\theta_{k,i}(\theta)$ is the whole adaptation step as a function of where it starts. Its Jacobian is
-# $I - \alpha \nabla^2(\dots)$: it holds *second derivatives*, which say how to move $\theta$ so that its own gradient becomes more useful. A *first-order* method leaves them out: it takes
+# $I - \alpha \nabla^2(\dots)$ (with a warm start, which is one more step, the product of two such matrices): it holds *second derivatives*, which say how to move $\theta$ so that its own gradient becomes more useful. A *first-order* method leaves them out: it takes
 # the Jacobian for $I$. Note where the demonstrations act: only inside $\theta_{k,i}(\theta)$.
 #
 # The step length $\beta$ comes from TRPO (trust-region policy optimisation): the largest step that keeps the mean
@@ -274,7 +275,7 @@ for row in ALGORITHMS.values():
 # $$\mathcal S_i(\theta) = -\operatorname{mean}\Big( \tfrac{\pi_{\mathrm{new}}(a \mid s)}{\pi_{\mathrm{old}}(a \mid s)}\, \hat A \Big) ,$$
 #
 # a mean over the steps of $\mathcal D^{\mathrm{val}}_i$. *Old* is the policy that collected $\mathcal D^{\mathrm{val}}_i$; it stays what it was while $\theta$ is tried out. *New* is the policy
-# that $\theta$ adapts to.
+# that $\theta$ adapts to. In the meta-update $\log \pi_\theta$ is that of the whole action, as a ratio of densities must be; the mean over its dimensions, which the adaptation takes, would only shorten the gradient.
 #
 # **With pencil and paper** (4 minutes). Equation (meta) has $\mathcal L^{\mathrm{RL}}$, TRPO has $\mathcal S$. Show that at $\theta = \theta_k$ both have the same gradient, and
 # say what the KL divergence and *its* gradient are there.
@@ -726,7 +727,7 @@ print("task 2 in the four settings below:", ", ".join(f"{value:.1f}" for value i
 # ## 6 · And without demonstrations?
 #
 # The repository keeps five seeds each of EMRLD, EMRLD-WS and MAML (`data/runs/`, made by `python -m emrld_lite sweep data/grids/results.toml --out data/runs`).
-# MAML runs the very same code with $w_{\mathrm{bc}} = 0$; it has a quarter of EMRLD's bound on the KL, with which it did best in a search of five settings (`data/grids/search.toml`).
+# MAML runs the very same code with $w_{\mathrm{bc}} = 0$; it has a quarter of EMRLD's bound on the KL, with which it was ahead by 0.4 in a search of six settings with one seed (`data/grids/search.toml`).
 #
 # **Predict first.** EMRLD-WS is at a return of 70 or more after 100 iterations. Where is MAML after 500?
 
@@ -766,8 +767,24 @@ guess.reveal("maml", ", ".join(f"{value:.1f}" for value in final["maml"]) + ", a
 # *Figure 8. Mean return after adaptation; lines are means over five seeds, bands reach from the lowest to the highest; EMRLD-WS was trained for 100 iterations, EMRLD for 200, MAML for 500. With demonstrations both algorithms climb past 70; MAML stays near the bottom.*
 #
 # When EMRLD-WS has already found its goals, MAML has seen a handful
-# of rewards by luck. Later these lucky episodes do teach it something: to walk up the middle, past the goals that
-# lie there, for about an eighth of the return of the others, and there it stays. The paper reports no learning at all. Is it the
+# of rewards by luck. Later these lucky episodes do teach it something. What?
+
+# %% tags=["maml-walks", "reveal"]
+figure, panels = plt.subplots(1, 5, figsize=(11, 2.3), sharex=True, sharey=True)
+for axes, folder in zip(panels, seeds_of(runs.SHIPPED, "point2d-optimal-maml"), strict=True):
+    walked = evaluate_run(runs.load_run(folder), data, steps=1).rollouts[1]
+    environment.draw_tasks(axes, data.tasks)
+    for path in walked.states.mean(1):  # (time, 2), the mean over a task's episodes
+        axes.plot(*path.T, color=plotting.LOOKS["maml"]["color"], linewidth=0.8)
+    axes.set_title(f"MAML, seed {folder.name[-1]}")
+    axes.label_outer()
+plt.show()
+
+# %% [markdown] tags=["reveal"]
+# *Figure 9. Where MAML's adapted policies go, each stored seed: a line per task, the mean over twenty episodes. Look at how long the lines of one seed lie together.*
+#
+# To walk along the semicircle, past one goal after the other, and for a good while the same way whatever the task. That
+# earns about an eighth of the return of the others, and there it stays. The paper reports no learning at all. Is it the
 # network's start? With that of its released code (`--network-start xavier`, the last row: three seeds) one seed has found nothing after 150 iterations, and the others do about as ours do after as many. The demonstrations change
 # *where the adapted policy looks*; once a reward is found, the meta-update's RL does the rest. That is the paper's idea in one figure.
 
@@ -785,7 +802,7 @@ figure, last_grey = unlabelled_panels()
 display(figure)
 
 # %% [markdown]
-# *Figure 9. Mean return on $\mathcal D^{\mathrm{tr}}$ (grey, thin) and on $\mathcal D^{\mathrm{val}}$ (black, thick) of EMRLD and EMRLD-WS, in an order that the figure does not say. Look at the grey curves.*
+# *Figure 10. Mean return on $\mathcal D^{\mathrm{tr}}$ (grey, thin) and on $\mathcal D^{\mathrm{val}}$ (black, thick) of EMRLD and EMRLD-WS, in an order that the figure does not say. Look at the grey curves.*
 
 # %%
 guess.ask("panels", "which panel is EMRLD's?", ["A", "B"])
@@ -806,7 +823,7 @@ guess.reveal("panels", f"B is EMRLD, A is EMRLD-WS: {greys}")
 #
 # - The adaptation step is one gradient of $w_{\mathrm{rl}} \mathcal L^{\mathrm{RL}} + w_{\mathrm{bc}} \mathcal L^{\mathrm{BC}}$; the warm start is the same step once more, on the demonstration alone.
 # - The meta-gradient goes through that step: your loss, finite differences and the package agree.
-# - Your parts train EMRLD-WS, step for step as the package does, to a return of about 70 on twelve sparse tasks; MAML stays at a tenth of it.
+# - Your parts train EMRLD-WS, step for step as the package does, to a return of about 70 on twelve sparse tasks; MAML stays at about an eighth of it.
 # - The trained policy is good at no task before it adapts, and its adaptation lives on the demonstration; RL in the step added next to nothing to the policies that you tested.
 #
 # **Next** [notebook 07](07_results.ipynb): the whole comparison, and how far to trust it. Or train it yourself: `python -m emrld_lite train --help`,
@@ -851,7 +868,7 @@ axes.legend(loc="lower right")
 plt.show()
 
 # %% [markdown] tags=["reveal"]
-# *Figure 10. Meta-iterations until the mean return first is 70: a point per seed, the median as a bar, your own run dotted; a cross
+# *Figure 11. Meta-iterations until the mean return first is 70: a point per seed, the median as a bar, your own run dotted; a cross
 # stands for a seed that used its budget up. A lot is a machine as far as the digits go: this kind of processor (own), or one without vector kernels (plain), or one whose matrix products add
 # up as on the oldest (compatible).*
 #

@@ -705,7 +705,7 @@ guess.reveal("suffers", ", ".join(f"{t}: {plotting.label(name)}" for t, (_, name
 # - *How the drift acts.* A step lasts $dT = 0.5$ s, so a rate turns the robot by $\omega_g\, dT$. The paper prints $\theta + \omega_g + \omega\, dT$: the same number turns it twice as far. (There our drifts reach 0.7 radians per step; from 0.75 on no steering could hold against them.)
 # - *What a policy sees.* Position and heading, as the robot has them, or position alone, as the paper's text says ($S \in \mathbb R^2$). The released code shows the heading in its TwoWheeled world; it has no drift, so which state the paper's runs had here we do not know.
 #
-# Meta-BC and GMPS run with the settings that a search in this environment chose on the training tasks; only GMPS without the heading has had no search of its own, and takes what was chosen with it. MAML has Table 1's values; without the momentum, which held it down on TwoWheeled, it is no better here (one seed in the search).
+# Meta-BC and GMPS run with the settings that a search in this environment chose on the training tasks; only GMPS without the heading takes what was chosen with it, since no setting returns more than 0.5 there. MAML has Table 1's values; without the momentum, which held it down on TwoWheeled, it is no better here (one seed in the search).
 #
 # First a rate, with the heading seen. **Predict first.** Does a policy that *sees* its heading need to adapt at all? What share of MAML's return after one step is there before it?
 

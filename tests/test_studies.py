@@ -95,15 +95,37 @@ def test_a_panel_of_the_sensitivity_varies_one_weight(algorithm, varied):
 @pytest.mark.parametrize("quality", ["optimal", "suboptimal"])
 def test_a_panel_of_the_ablation_leaves_out_one_loss(quality):
     panel = studies.ablation_runs(SHIPPED, quality)
-    w_rl = {"optimal": 0.2, "suboptimal": 1.0}[quality]
-    expected = {"EMRLD": (w_rl, 1.0), "w_bc = 0": (w_rl, 0.0), "w_rl = 0": (0.0, 1.0)}
+    control = {run.name[-1]: load_config(run) for run in panel.pop("EMRLD")}
+    assert len(control) == SEEDS
+    assert list(panel) == ["w_bc = 0", "w_rl = 0"]
     for label, seeds in panel.items():
-        assert len(seeds) == 3
-        rules = [load_config(run).adaptation(quality) for run in seeds]
-        assert {(rule.w_rl, rule.w_bc, rule.warm_start) for rule in rules} == {
-            (*expected[label], False)
-        }
-    assert list(panel) == list(expected)
+        weight = label.partition(" ")[0]
+        assert len(seeds) == STUDIED
+        for run in seeds:
+            config = load_config(run)
+            assert changed(config, control[run.name[-1]], studies.ABLATION_END) == [weight]
+            assert getattr(config.adaptation(quality), weight) == 0.0
+
+
+@pytest.mark.parametrize("pair", studies.WITHOUT_RL, ids=lambda pair: pair.changed)
+def test_a_pair_without_rl_in_the_adaptation_differs_in_that_alone(pair):
+    for config, control in twins(pair):
+        assert changed(config, control, pair.end(SHIPPED)) == ["w_rl"]
+        assert config.w_rl == 0.0 != control.w_rl  # which may be None, Table 1's
+
+
+def twins(pair):
+    """Return the configuration of each changed run with that of the control of the same seed."""
+    changed_runs, control_runs = pair.runs(SHIPPED)
+    control = {run.name[-1]: load_config(run) for run in control_runs}
+    assert len(changed_runs) in (STUDIED, SEEDS)
+    return [(load_config(run), control[run.name[-1]]) for run in changed_runs]
+
+
+def changed(config, control, end):
+    """Return in which settings a run differs from its control, which may be longer than ``end``."""
+    assert config.iterations == end <= control.iterations
+    return differences(dataclasses.replace(control, iterations=end), config)
 
 
 @pytest.mark.parametrize("reading", studies.READINGS, ids=lambda reading: reading.runs)

@@ -207,5 +207,5 @@ def test_a_weight_is_drawn_with_every_seed_s_return_and_speed():
 
 def test_a_run_that_never_gets_there_waits_to_the_end():
     run = next(iter(sensitivity_runs(SHIPPED, "emrld", "w_bc").values()))[0]
-    assert by_weight.iterations_to(run, 1000.0, 100) == 100
+    assert by_weight.iterations_to(run, 1000.0, 100) == 101
     assert by_weight.iterations_to(run, -1000.0, 100) == 1

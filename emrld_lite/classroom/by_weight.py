@@ -24,16 +24,17 @@ APART = {"w_rl": -0.015, "w_bc": 0.015}  # so that the points of both can be see
 
 
 def iterations_to(run: Path, target: float, end: int) -> int:
-    """Return after how many iterations a stored run first returns ``target``, ``end`` if not before."""
+    """Return after how many iterations a stored run first returns ``target``, end + 1 if not before."""
     curve = load_curve(run / "curve.csv")[:end]
     reached = (row.iteration + 1 for row in curve if row.return_after >= target)
-    return next(reached, end)
+    return next(reached, end + 1)
 
 
 def return_and_speed(folder: Path, algorithms: Sequence[str] = ("emrld", "emrld-ws")) -> Figure:
     """Return late return (left) and iterations to 35 (right) against each weight, a row per algorithm.
 
-    Points are seeds, lines their means. The weight that is not varied is 1.
+    Points are seeds, lines their means; a seed that does not reach 35 is a cross, and counts with all
+    its iterations. The weight that is not varied is 1.
     """
     figure, panels = plt.subplots(
         len(algorithms), 2, figsize=(8.8, 5.0), sharex=True, squeeze=False
@@ -48,7 +49,7 @@ def return_and_speed(folder: Path, algorithms: Sequence[str] = ("emrld", "emrld-
                 for value, seeds in runs.items()
             }
             _draw(late, ends, varied)
-            _draw(speed, waits, varied)
+            _draw(speed, waits, varied, most=end)
         late.set(ylim=(0, 85), ylabel=f"{plotting.label(algorithm)}\nlate return")
         speed.set(ylim=(0, 1.03 * end), ylabel=f"iterations to {HALFWAY:g}")
     for axes in panels[-1]:
@@ -57,11 +58,15 @@ def return_and_speed(folder: Path, algorithms: Sequence[str] = ("emrld", "emrld-
     return figure
 
 
-def _draw(axes: Axes, values: dict[float, np.ndarray], varied: str) -> None:
-    """Draw one number per seed against the weight, and the line of the means."""
+def _draw(axes: Axes, values: dict[float, np.ndarray], varied: str, most: float = np.inf) -> None:
+    """Draw one number per seed against the weight, and the line of the means; a cross above ``most``."""
     look, symbol = VARIED[varied], f"$w_{{\\mathrm{{{varied[2:]}}}}}$ varied"
+    points = {"linestyle": "none", "markersize": 4, "alpha": 0.6}
+    crosses = {"linestyle": "none", "marker": "x", "markersize": 7, "alpha": 1.0}
     for value, seeds in values.items():
-        marks = {"linestyle": "none", "markersize": 4, "alpha": 0.6}
-        axes.plot([value + APART[varied]] * len(seeds), seeds, **{**look, **marks})
+        for chosen, marks in ((seeds <= most, points), (seeds > most, crosses)):
+            shown = np.minimum(seeds[chosen], most)
+            axes.plot([value + APART[varied]] * len(shown), shown, **{**look, **marks})
     places = [value + APART[varied] for value in values]
-    axes.plot(places, [seeds.mean() for seeds in values.values()], label=symbol, **look)
+    means = [np.minimum(seeds, most).mean() for seeds in values.values()]
+    axes.plot(places, means, label=symbol, **look)

@@ -135,7 +135,7 @@ def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 
     """
     means = []
     for run in _some(runs):
-        returns = [row.return_after for row in load_curve(run / "curve.csv")][:end]
+        returns = _returns_after(run)[:end]
         if len(returns) < max(window, end or 0):
             raise InputError(f"{run}: expected {end or window} iterations, got {len(returns)}")
         means.append(np.mean(returns[-window:]))
@@ -156,8 +156,12 @@ def best_and_last(run: Path, window: int = 10) -> tuple[float, float]:
 
 def _smoothed(run: Path, window: int) -> np.ndarray:
     """Return the mean training return over each ``window`` iterations in a row."""
-    returns = [row.return_after for row in load_curve(run / "curve.csv")]
-    return np.convolve(returns, np.ones(window) / window, "valid")
+    return np.convolve(_returns_after(run), np.ones(window) / window, "valid")
+
+
+def _returns_after(run: Path) -> list[float]:
+    """Return the mean return after adaptation of each meta-iteration of a run."""
+    return [row.return_after for row in load_curve(run / "curve.csv")]
 
 
 def _some(runs: Sequence[Path]) -> Sequence[Path]:
@@ -167,14 +171,15 @@ def _some(runs: Sequence[Path]) -> Sequence[Path]:
     return runs
 
 
-def late_rise(runs: Sequence[Path], earned: float) -> float:
+def late_rise(runs: Sequence[Path], earned: float, end: int | None = None) -> float:
     """Return by how much the mean over seeds still rises, as a share of its level at the end.
 
     The mean return of the last fifth of all iterations less that of the fifth before, divided by
     that of the last fifth. A level below a twentieth of ``earned``, the demonstrator's return, counts
-    as that twentieth: so little is as good as nothing, and a share of nothing would say nothing.
+    as that twentieth: so little is as good as nothing, and a share of nothing would say nothing. With
+    ``end`` only the iterations before it count.
     """
-    curves = [[row.return_after for row in load_curve(run / "curve.csv")] for run in _some(runs)]
+    curves = [_returns_after(run)[:end] for run in _some(runs)]
     shortest = min(map(len, curves))
     mean = np.mean([curve[:shortest] for curve in curves], axis=0)  # (iteration,)
     window = shortest // LATE

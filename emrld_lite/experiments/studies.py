@@ -1,8 +1,7 @@
 """Which stored runs belong to which study: sensitivity, ablation, the ledger's switches, changing dynamics.
 
-The first three vary one thing and compare with runs that have everything else alike: sensitivity and
-switches with the main comparison's, the ablation with controls that have the defaults of when it was
-run. The grids are data/grids/{sensitivity,ablation,switches,controls,drift}.toml.
+The first three vary one thing and compare with runs that have everything else alike, most often the
+main comparison's. The grids are data/grids/{sensitivity,ablation,switches,drift}.toml.
 """
 
 from __future__ import annotations
@@ -10,12 +9,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from ..algorithms import ALGORITHMS
 from ..validation import check_choice
-from .results import seeds_of
+from .results import TITLES, seeds_of
+from .runs import load_config
 
 WEIGHTS = (0.2, 0.4, 0.6, 0.8, 1.0)
 SENSITIVITY_END = {"emrld": 200, "emrld-ws": 100}  # iterations: those of the main comparison
-STUDY_END = 150  # iterations of every run in the ablation
+ABLATION_END = 200  # iterations after which Fig. 8 compares, as long as the main comparison
 CONTROL = "as the workbook does it"
 SWITCHES = {
     "fixed-sigma": "sigma fixed at 1",
@@ -55,10 +56,49 @@ READINGS = tuple(
 )
 
 
-def control_runs(folder: Path, env: str, quality: str, algorithm: str) -> list[Path]:
-    """Return the runs that the ablation of one environment, data and algorithm is compared with."""
-    stem = f"{env}-{quality}-{algorithm}"
-    return seeds_of(folder, f"control-{stem}") or seeds_of(folder, stem)  # HalfCheetah's
+class Pair(NamedTuple):
+    """Runs with one part of the algorithm changed, and the runs that have everything else alike."""
+
+    title: str
+    env: str
+    changed: str
+    """What the changed runs are called before their seed."""
+    control: str
+    """What their control is called before its seed; it may be longer, and is cut at the same iteration."""
+
+    def end(self, folder: Path) -> int:
+        """Return after how many iterations the two are compared: those of the changed runs."""
+        return load_config(self.runs(folder)[0][0]).iterations
+
+    def runs(self, folder: Path) -> tuple[list[Path], list[Path]]:
+        """Return the changed runs and their control's, one per seed."""
+        return seeds_of(folder, self.changed), seeds_of(folder, self.control)
+
+
+def _without_rl(env: str, quality: str, algorithm: str) -> Pair:
+    """Return the pair that leaves RL out of the adaptation in a run of the main comparison."""
+    whole = f"{env}-{quality}-{algorithm}"
+    title = f"{TITLES[env]}, {quality}, {ALGORITHMS[algorithm].label}"
+    return Pair(title, env, f"ablation-{whole}-w_rl0.0", whole)
+
+
+def _without_rl_where(title: str, name: str, w_rl: float) -> Pair:
+    """Return the pair that leaves RL out of the adaptation of EMRLD on Point2D in another setting."""
+    stem = f"ablation-{name}-emrld-w_rl"
+    return Pair(title, "point2d", f"{stem}0.0", f"{stem}{w_rl}")
+
+
+WITHOUT_RL = (  # where the question of Fig. 8 is asked beyond its own two panels
+    _without_rl("point2d", "optimal", "emrld-ws"),
+    _without_rl("point2d", "suboptimal", "emrld-ws"),
+    _without_rl("two_wheeled", "suboptimal", "emrld"),
+    _without_rl("two_wheeled", "suboptimal", "emrld-ws"),
+    _without_rl_where("data that mislead", "poor", 1.0),
+    _without_rl_where("first 20 of 30, sub-optimal", "first-20-of-30-suboptimal", 1.0),
+    _without_rl_where("cloning loss summed", "summed", 0.2),
+    _without_rl_where("sigma fixed", "fixed-sigma", 0.2),
+    _without_rl_where("all as the paper prints", "as-printed", 0.2),
+)
 
 
 def sensitivity_runs(folder: Path, algorithm: str, varied: str) -> dict[float, list[Path]]:
@@ -76,19 +116,13 @@ def sensitivity_runs(folder: Path, algorithm: str, varied: str) -> dict[float, l
 
 
 def ablation_runs(folder: Path, quality: str) -> dict[str, list[Path]]:
-    """Return the runs of one panel of Fig. 8: EMRLD, without cloning, without RL.
-
-    With sub-optimal data w_rl is 1, so EMRLD without cloning is MAML.
-    """
+    """Return the runs of one panel of Fig. 8: EMRLD, without cloning, without RL."""
     check_choice("data", quality, ("optimal", "suboptimal"))
-    without_cloning = {
-        "optimal": seeds_of(folder, "ablation-optimal-w_bc0.0"),
-        "suboptimal": control_runs(folder, "point2d", "optimal", "maml"),
-    }
+    whole = f"point2d-{quality}-emrld"
     found = {
-        "EMRLD": control_runs(folder, "point2d", quality, "emrld"),
-        "w_bc = 0": without_cloning[quality],
-        "w_rl = 0": seeds_of(folder, f"ablation-{quality}-w_rl0.0"),
+        "EMRLD": seeds_of(folder, whole),
+        "w_bc = 0": seeds_of(folder, f"ablation-{whole}-w_bc0.0"),
+        "w_rl = 0": seeds_of(folder, f"ablation-{whole}-w_rl0.0"),
     }
     return {label: seeds for label, seeds in found.items() if seeds}
 

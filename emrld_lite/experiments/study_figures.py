@@ -14,7 +14,7 @@ from .intervals import worst_to_best
 from .panels import none_stored
 from .results import STEPS_SHOWN, run_scores
 from .runs import load_curve
-from .studies import SENSITIVITY_END, STUDY_END, ablation_runs, sensitivity_runs, switch_runs
+from .studies import ABLATION_END, SENSITIVITY_END, ablation_runs, sensitivity_runs, switch_runs
 
 
 def sensitivity(folder: Path) -> Figure:
@@ -56,7 +56,7 @@ def ablation(folder: Path) -> Figure:
     looks = dict(zip(labels.values(), [plotting.LOOKS["emrld"], *looks], strict=True))
     for axes, quality in zip(panels, STEPS_SHOWN, strict=True):
         stored = {labels[name]: runs for name, runs in ablation_runs(folder, quality).items()}
-        _study(stored, looks, axes, STUDY_END)
+        _study(stored, looks, axes, ABLATION_END)
         axes.set_title(f"Point2D, {quality} data")
     panels[1].set_ylabel("")
     return figure
