@@ -327,7 +327,7 @@ judge = few_seeds.as_rule(rank_interval if interval_right else few_seeds.rank_in
 # Shift the second side's scores by any number $d$. If $d$ is the true difference, the shifted sides are a null pair. The rule then calls one of them better with at most twice the error, and it does so
 # exactly where $d$ lies outside the interval. So the interval holds the true difference with a probability of at least one minus twice the error: 90 % here.
 #
-# **What this assumes.** That the two sides differ by a shift and by nothing else. Where one side varies much more from seed to seed, "ahead" can be false in about one of nine experiments with three seeds; and where one has rare bad runs, both can have the same mean and still be told apart. Then the verdict says which usually wins, not whose mean is higher.
+# **What this assumes.** That the two sides differ by a shift and by nothing else. Where one side varies much more from seed to seed, "ahead" can be false in one of ten experiments with three seeds; and where one has rare bad runs, both can have the same mean and still be told apart. Then the verdict says which usually wins, not whose mean is higher.
 #
 # </details>
 #
@@ -353,7 +353,7 @@ for number in (3, 5, 6):
 # %% [markdown]
 # <details><summary>Bonus, for the fast: how many seeds does the bootstrap need?</summary>
 #
-# With how many seeds does the bootstrap keep within 6 %? Ask `rate(bootstrap_rule, ...)`. By our measurement (12,000 pairs; the cell above drew fewer) its error falls slowly: about 12.5 % with 3 seeds, 9 % with 5, 6.5 % with 10, and still nearly 6 % with 20.
+# With how many seeds does the bootstrap keep within 6 %? Ask `rate(bootstrap_rule, ...)`. By our measurement (12,000 pairs; the cell above drew fewer) its error falls slowly: about 12.5 % with 3 seeds, 9 % with 5, 7 % with 10, and still 6 % with 20.
 # Hardly a paper of the field has twenty seeds.
 #
 # </details>
