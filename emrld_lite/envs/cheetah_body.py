@@ -15,6 +15,7 @@ from torch import Tensor
 from .rendering import picture
 
 TORSO_HEIGHT = 0.7  # of the torso when its joints are at 0, metres
+TORSO_X = 17  # where an observation has the torso's x
 logger = logging.getLogger(__name__)
 
 
@@ -42,7 +43,7 @@ def full_state(
 ) -> tuple[Float[np.ndarray, " 9"], Float[np.ndarray, " 9"]]:
     """Return qpos and qvel from an observation."""
     values = state.double().numpy()
-    return np.concatenate([values[17:18], values[:8]]), values[8:17]
+    return np.concatenate([values[TORSO_X : TORSO_X + 1], values[:8]]), values[8:17]
 
 
 def posed(state: Float[Tensor, " 20"]) -> mujoco.MjData:

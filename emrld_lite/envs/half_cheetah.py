@@ -25,14 +25,13 @@ from .base import (
     Transition,
     refuse_wrong,
 )
-from .cheetah_body import capsules, cheetah_model, observation, rendered
+from .cheetah_body import TORSO_X, capsules, cheetah_model, observation, rendered
 
 HORIZON = 100  # control steps, appendix B
 FRAME_SKIP = 5  # physics steps per control step, as in Gymnasium's HalfCheetah
 REWARD_BEYOND = 2.0  # metres from the start
 CONTROL_COST = 0.05  # times the squared norm of the action, released code
 POSITION_BOUND, VELOCITY_BOUND = 100.0, 1000.0  # beyond, a simulation counts as broken
-TORSO_X = 17  # where an observation has the torso's x
 START_NOISE = 0.1  # of a random start, as in Gymnasium's HalfCheetah and the released code
 
 
