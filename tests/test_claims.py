@@ -345,11 +345,6 @@ def least_share_after_one_step():
     )
 
 
-def late(name, end=None):
-    """Return the mean return of a study's runs over the last ten iterations."""
-    return training_scores(seeds_of(SHIPPED, name), end).mean()
-
-
 def gap_of(pair):
     """Return the interval of the late return of a pair's changed runs, less its control's."""
     sides = pair.runs(SHIPPED)
