@@ -45,6 +45,7 @@ from emrld_lite.experiments import plotting, runs, study_figures
 from emrld_lite.experiments.intervals import shift_interval, verdict, worst_to_best
 from emrld_lite.experiments.results import (
     EARNED,
+    iterations_to,
     late_rise,
     run_scores,
     training_scores,
@@ -243,15 +244,9 @@ def worth_in(env):
     return WORTH * EARNED[env] / EARNED["point2d"]
 
 
-def iterations_to_70(run):
-    """Return after how many meta-iterations a stored run first returns 70 or more, None if never."""
-    curve = runs.load_curve(run / "curve.csv")
-    return next((row.iteration + 1 for row in curve if row.return_after >= 70), None)
-
-
 def waits(seeds):
     """Return after how many meta-iterations each of the runs first returns 70, as text."""
-    return " ".join(f"{iterations_to_70(run) or 'never'}" for run in seeds)
+    return " ".join(f"{iterations_to(run, 70) or 'never'}" for run in seeds)
 
 
 def against_control(studied, end, control, worth):
@@ -351,7 +346,7 @@ def judge(pairs):
     gaps = {}
     for pair in pairs:
         both, end = pair.runs(runs.SHIPPED), pair.end(runs.SHIPPED)
-        sides = [training_scores(seeds, end) for seeds in both]
+        sides = pair.scores(runs.SHIPPED)
         gap = gaps[pair.title] = shift_interval(*sides)
         rises = [late_rise(seeds, EARNED[pair.env], end) for seeds in both]
         said = sentence(shift_interval, *sides, worth_in(pair.env))

@@ -30,6 +30,7 @@ from emrld_lite.experiments.results import (
     STEPS_SHOWN,
     TITLES,
     best_and_last,
+    iterations_to,
     largest_fall,
     late_rise,
     run_scores,
@@ -347,8 +348,7 @@ def least_share_after_one_step():
 
 def gap_of(pair):
     """Return the interval of the late return of a pair's changed runs, less its control's."""
-    sides = pair.runs(SHIPPED)
-    return shift_interval(*(training_scores(seeds, pair.end(SHIPPED)) for seeds in sides))
+    return shift_interval(*pair.scores(SHIPPED))
 
 
 def lost_at_most(gap):
@@ -422,12 +422,8 @@ def switch_spread(label):
 
 
 def waits_of(seeds):
-    """Return the fewest and the most iterations of some runs to the target."""
-    curves = [load_curve(run / "curve.csv") for run in seeds]
-    return min_and_max(
-        next((row.iteration + 1 for row in curve if row.return_after >= TARGET), len(curve))
-        for curve in curves
-    )
+    """Return the fewest and the most iterations of some runs to the target, which all must reach."""
+    return min_and_max(iterations_to(run, TARGET) for run in seeds)
 
 
 def switch_gaps():

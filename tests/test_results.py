@@ -133,6 +133,18 @@ def test_a_level_near_nothing_does_not_make_a_rise_of_it():
     assert abs(rise) < results.FLAT
 
 
+def test_iterations_to_a_return_by_a_plain_loop():
+    for folder in results.seeds_of(runs.SHIPPED, "point2d-optimal-emrld"):
+        wait = None
+        for row in runs.load_curve(folder / "curve.csv"):
+            if wait is None and row.return_after >= 70:
+                wait = row.iteration + 1
+        assert results.iterations_to(folder, 70) == wait
+        assert results.iterations_to(folder, 70, end=wait) == wait
+        assert results.iterations_to(folder, 70, end=wait - 1) is None
+        assert results.iterations_to(folder, 1000.0) is None
+
+
 def test_the_largest_fall_by_a_plain_loop():
     for folder in results.seeds_of(runs.SHIPPED, "point2d-optimal-meta-bc"):
         returns = [row.return_after for row in runs.load_run(folder).curve]

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..experiments import plotting
-from ..experiments.results import training_scores
-from ..experiments.runs import load_curve
+from ..experiments.results import iterations_to, training_scores
 from ..experiments.studies import SENSITIVITY_END, sensitivity_runs
 
 HALFWAY = 35.0  # of a return of about 70
@@ -21,13 +20,6 @@ VARIED = {
     "w_bc": {"color": "#333333", "marker": "s", "linestyle": "--"},
 }
 APART = {"w_rl": -0.015, "w_bc": 0.015}  # so that the points of both can be seen
-
-
-def iterations_to(run: Path, target: float, end: int) -> int:
-    """Return after how many iterations a stored run first returns ``target``, end + 1 if not before."""
-    curve = load_curve(run / "curve.csv")[:end]
-    reached = (row.iteration + 1 for row in curve if row.return_after >= target)
-    return next(reached, end + 1)
 
 
 def return_and_speed(folder: Path, algorithms: Sequence[str] = ("emrld", "emrld-ws")) -> Figure:
@@ -45,7 +37,7 @@ def return_and_speed(folder: Path, algorithms: Sequence[str] = ("emrld", "emrld-
             runs = sensitivity_runs(folder, algorithm, varied)
             ends = {value: training_scores(seeds, end) for value, seeds in runs.items()}
             waits = {
-                value: np.array([iterations_to(run, HALFWAY, end) for run in seeds])
+                value: np.array([iterations_to(run, HALFWAY, end) or end + 1 for run in seeds])
                 for value, seeds in runs.items()
             }
             _draw(late, ends, varied)

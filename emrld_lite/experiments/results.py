@@ -142,6 +142,15 @@ def training_scores(runs: Sequence[Path], end: int | None = None, window: int = 
     return np.array(means)
 
 
+def iterations_to(run: Path, target: float, end: int | None = None) -> int | None:
+    """Return after how many iterations a run first returns ``target`` or more after adaptation.
+
+    None where it does not, or not within the first ``end`` iterations.
+    """
+    reached = (n for n, mean in enumerate(_returns_after(run)[:end], 1) if mean >= target)
+    return next(reached, None)
+
+
 def largest_fall(run: Path, window: int = 10) -> float:
     """Return how far the mean over ``window`` iterations falls below its best so far, as a share of it."""
     smooth = _smoothed(run, window)

@@ -9,9 +9,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from ..algorithms import ALGORITHMS
 from ..validation import check_choice
-from .results import TITLES, seeds_of
+from .results import TITLES, seeds_of, training_scores
 from .runs import load_config
 
 WEIGHTS = (0.2, 0.4, 0.6, 0.8, 1.0)
@@ -73,6 +75,12 @@ class Pair(NamedTuple):
     def runs(self, folder: Path) -> tuple[list[Path], list[Path]]:
         """Return the changed runs and their control's, one per seed."""
         return seeds_of(folder, self.changed), seeds_of(folder, self.control)
+
+    def scores(self, folder: Path) -> tuple[np.ndarray, np.ndarray]:
+        """Return the late training returns of the changed runs and of their control, (seed,) each."""
+        changed, control = self.runs(folder)
+        end = self.end(folder)
+        return training_scores(changed, end), training_scores(control, end)
 
 
 def _without_rl(env: str, quality: str, algorithm: str) -> Pair:
