@@ -462,7 +462,7 @@ guess.reveal("four copies", ", ".join(worst))
 # | | clean data | noisy data |
 # |---|---|---|
 # | whole | by the mean action most of the demonstrator's return; the copy's own noise costs about half of that | the copy's own noise costs little |
-# | cut | **nearly nothing**, with and without the copy's noise | half of the demonstrator's return or more |
+# | cut | **nearly nothing**, with and without the copy's noise | about half of the demonstrator's return |
 #
 # So the paper is right about *clean* data: without the first steps imitation fails. Noise on the demonstrator's actions, which the paper adds as well, brings it back. Why should *worse* actions teach better?
 

@@ -427,7 +427,7 @@ print(f"group 1 {theorem.group_1:.4f}, group 2 {theorem.group_2:.4f}")
 #
 # ### Where it loses
 #
-# Eight moves lead from the true improvement to the bound, and all but five lines of them are equations. What lies between 1.27 and -2.66 is therefore lost in five inequalities: the minimum for an average
+# Eight moves lead from the true improvement to the bound, and only five of their lines are inequalities of their own; the others are equations, or add up what stands above them. What lies between 1.27 and -2.66 is therefore lost in five inequalities: the minimum for an average
 # (Assumption 1), twice the absolute values, twice Hölder.
 #
 # **Predict first.** Which of them loses most on the corridor?

@@ -11,12 +11,12 @@
 # ---
 
 # %% [markdown]
-# # 05 · MAML: learning to adapt, and how it starves
+# # 05 · MAML: learning to adapt, and what a sparse reward leaves of it
 #
 # MAML (model-agnostic meta-learning) trains a policy to be *one gradient step away* from many others. EMRLD is MAML
 # with demonstrations, so this notebook takes MAML apart. You write its gradient through a gradient step, find the fault
 # in a solver that somebody sent you, and train a small policy with your own parts. Then the same code meets a dense and a
-# sparse reward, side by side: on one it learns, on the other it starves, and you will see where its gradient went.
+# sparse reward, side by side: on one it learns, on the other it starves or is led astray, and you will see where its gradient went.
 #
 # **You will be able to**
 #
@@ -1065,8 +1065,8 @@ for run in map(runs.load_run, results.seeds_of(runs.SHIPPED, "point2d-meta-bc-pa
     print(f"seed {run.config.seed}, known goals:{line}")
 
 # %% [markdown] tags=["reveal"]
-# Given one clean path, it does no better on a goal that it knows than on one that it does not. What it learned from twenty paths per goal is to adapt on twenty: the loss comes from the demonstration, and these runs do not show any from the goals being new. The 240 goals, with one path each in training and in the test, are the clean experiment. With them
-# known and unseen goals are alike, for little more return. What it lacks then is no demonstration: its own noise stays, whatever is shown.
+# Given one clean path, it does no better on a goal that it knows than on one that it does not. What it learned from twenty paths per goal is to adapt on twenty: the loss comes from the demonstration, and these runs do not show any from the goals being new. With 240 goals there is one path each in training and in the test, so this confusion is gone (theirs are noisy, too, and the test's is clean). With them
+# known and unseen goals are alike, for little more return. So what it lacks there is hardly a demonstration; its own noise stays, whatever is shown.
 
 # %% [markdown]
 # **And GMPS** (right)**?** Its adaptation is MAML's: where no episode is rewarded,
@@ -1094,9 +1094,9 @@ print(f"which are {spread:.2f} off it themselves, on average")
 # The tasks that did see a reward differ little, too (Figure 9), so a lack of reward is a part of the story at most. The paper again: "negligible learning signal", and little data for the meta-update. Both failures are findings only if
 # the baselines had their chance. A learning rate could be to blame, or the noise: the paper fixes sigma, and we let it be learned. So each
 # baseline gets the same search, on the training tasks and with one seed (`data/grids/search.toml`): Table 1's values; ten times their $\alpha$; a fifth of Adam's learning rate;
-# and sigma fixed; Meta-BC has 300 iterations, GMPS 150. (Meta-BC's best with optimal data was then trained on to 700: the run with 48.8 above.) Here is the mean return after adaptation over the last twenty iterations.
+# and sigma fixed; Meta-BC has 300 iterations, GMPS 150. (A weight of their only loss would multiply $\alpha$ or the meta-gradient, whose size Adam divides out again; for the same reason clipped gradients were not tried. MAML's search asks for other things, momentum and scaled advantages, beside $\alpha$ and sigma. Meta-BC's best with optimal data was then trained on to 700: the run with 48.8 above.) Here is the mean return after adaptation over the last twenty iterations, on HalfCheetah the mean over both directions.
 #
-# **Predict first.** On Point2D and on TwoWheeled EMRLD's mean over seeds is above 70 with either data (notebook 07). What is the best that the search finds there for Meta-BC, and for GMPS?
+# **Predict first.** On the training tasks of Point2D and TwoWheeled EMRLD's mean over seeds is above 70 with either data (notebook 07). What is the best that the search finds there for Meta-BC, and for GMPS?
 
 # %%
 guess.ask("search", "the best on both: Meta-BC, and GMPS")
@@ -1125,7 +1125,7 @@ guess.reveal("search", f"{best['meta-bc']:.1f}, and {best['gmps']:.1f}")
 
 # %% [markdown] tags=["reveal"]
 # Sampled, no setting rescues either within these iterations. The paper's fixed sigma more than doubles Meta-BC's return on Point2D with optimal data. Why, these runs do not isolate: a learned sigma shrinks under cloning (at Table 1's values to 0.17 and less), so its actions carry less noise, and yet it returns less. For
-# GMPS little helps. On HalfCheetah Table 1's values are Meta-BC's best (134.7 with optimal data, and its curve still rises; 99.7 with sub-optimal), and no setting of GMPS or MAML ends above 0. The comparison of notebook 07 gives each baseline the best setting of its row.
+# GMPS little helps. On HalfCheetah Table 1's values are Meta-BC's best (134.7 with optimal data, and its curve still rises; 99.7 with sub-optimal), and no setting of GMPS or MAML ends above 0. (Such a mean near 0 may stand for no running or for running one way always; notebook 07 takes the directions apart.) The comparison of notebook 07 gives each baseline the best setting of its row.
 #
 # What EMRLD does differently is now easy to say. It puts the demonstration where MAML starves, *into the adaptation*, and keeps RL
 # where cloning stops, *in the meta-update*.

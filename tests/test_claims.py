@@ -81,7 +81,7 @@ def measured_paragraphs(number):
             continue
         for paragraph in cell.source.split("\n\n"):
             if paragraph.startswith("**Measured.**"):
-                found[f"{number}#{tag}"] = paragraph
+                found[f"{number}#{tag}"] = found.get(f"{number}#{tag}", "") + "\n" + paragraph
     return found
 
 
@@ -351,6 +351,17 @@ def gap_of(pair):
     return shift_interval(*pair.scores(SHIPPED))
 
 
+def unseen_gap(pair):
+    """Return the interval of the score on unseen tasks of a pair's changed runs, less its control's."""
+    return shift_interval(*pair.tested(SHIPPED))
+
+
+def without_when_tested(quality):
+    """Return the interval of what is left on unseen goals without RL in a panel of Fig. 8."""
+    panel = ablation_runs(SHIPPED, quality)
+    return shift_interval(*(run_scores(panel[part], 1) for part in ("w_rl = 0", "EMRLD")))
+
+
 def lost_at_most(gap):
     """Return the largest loss that the interval of a difference leaves possible."""
     return max(0.0, -gap.low)
@@ -431,6 +442,13 @@ def switch_gaps():
     control, *others = (run_scores(seeds, 1) for seeds in switch_runs(SHIPPED).values())
     names = list(switch_runs(SHIPPED))[1:]
     return {n: shift_interval(o, control) for n, o in zip(names, others, strict=True)}
+
+
+def switch_rises():
+    """Return by how much the curve of each switch still rises, the control's left out."""
+    return [
+        late_rise(seeds, EARNED["point2d"]) for seeds in list(switch_runs(SHIPPED).values())[1:]
+    ]
 
 
 def small_switch_losses():
@@ -553,7 +571,7 @@ def without_cloning():
 
 GOALS = PLACES[:2]
 TWO_WHEELED, TWO_WHEELED_WARM = WITHOUT_RL[2:4]
-MISLEADING, FIRST_TWENTY, _, FIXED_SIGMA, AS_PRINTED = WITHOUT_RL[4:]
+MISLEADING, FIRST_TWENTY, SUMMED, FIXED_SIGMA, AS_PRINTED = WITHOUT_RL[4:]
 LEFT_OPEN = (TWO_WHEELED, TWO_WHEELED_WARM, FIRST_TWENTY)  # where a loss that matters is possible
 
 
@@ -653,6 +671,8 @@ CLAIMS = {
         *without_cloning(),
         *[left(q, "w_rl = 0").mean() for q in STEPS_SHOWN],
         *[lost_at_most(without(q, "w_rl = 0")) for q in STEPS_SHOWN],
+        *[lost_at_most(without_when_tested(q)) for q in STEPS_SHOWN],
+        late_rise(ablation_runs(SHIPPED, "optimal")["w_rl = 0"], EARNED["point2d"]),
     ],
     "08#without-rl-elsewhere": lambda: [
         *[gap_of(pair).estimate for pair in WITHOUT_RL],
@@ -660,6 +680,11 @@ CLAIMS = {
         *[lost_at_most(gap_of(pair)) for pair in LEFT_OPEN],
         gap_of(WITHOUT_RL[1]).high,
         *[training_scores(seeds).mean() for seeds in MISLEADING.runs(SHIPPED)],
+        -unseen_gap(TWO_WHEELED_WARM).estimate,
+        *(-unseen_gap(TWO_WHEELED_WARM).high, -unseen_gap(TWO_WHEELED_WARM).low),
+        max(lost_at_most(unseen_gap(pair)) for pair in (WITHOUT_RL[0], FIXED_SIGMA, AS_PRINTED)),
+        *[lost_at_most(unseen_gap(pair)) for pair in (TWO_WHEELED, SUMMED, FIRST_TWENTY)],
+        *[scores.mean() for scores in reversed(MISLEADING.tested(SHIPPED))],
     ],
     "08#sensitivity-verdicts": lambda: [
         *(span("emrld", "w_rl"), largest_difference("emrld", "w_rl"), span("emrld-ws", "w_rl")),
@@ -686,6 +711,8 @@ CLAIMS = {
         *(-switch_gaps()["sigma fixed at 1"].high, -switch_gaps()["sigma fixed at 1"].low),
         *min_and_max(small_switch_losses()),
         largest_switch_loss(),
+        *min_and_max([rise for rise in switch_rises() if FLAT < rise < 0.1]),
+        max(switch_rises()),
         *(
             TARGET,
             *waits_of(switch_runs(SHIPPED)[CONTROL]),
@@ -720,6 +747,7 @@ CLAIMS = {
         *[left("optimal", part).mean() for part in ("w_rl = 0", "EMRLD")],
         *[lost_at_most(without(q, "w_rl = 0")) for q in STEPS_SHOWN],
         *(lost_at_most(gap_of(FIXED_SIGMA)), lost_at_most(gap_of(TWO_WHEELED))),
+        *[-unseen_gap(TWO_WHEELED_WARM)[end] for end in (0, 2, 1)],
         left("optimal", "w_bc = 0").mean(),
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
     ],
@@ -935,6 +963,7 @@ CLAIMS = {
         *[left(q, part).mean() for q in STEPS_SHOWN for part in ("w_rl = 0", "EMRLD")],
         *[lost_at_most(without(q, "w_rl = 0")) for q in STEPS_SHOWN],
         lost_at_most(gap_of(TWO_WHEELED)),
+        *[-unseen_gap(TWO_WHEELED_WARM)[end] for end in (0, 2, 1)],
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
     ],
     "ledger#switches": lambda: [

@@ -1,8 +1,10 @@
 """The stored runs are those of the grids, and each study varies what it says and nothing else."""
 
+import csv
 import dataclasses
 import os
 
+import numpy as np
 import pytest
 
 from emrld_lite.experiments import runs, studies
@@ -172,3 +174,16 @@ def test_the_late_return_is_the_mean_of_its_ten_iterations():
     column = lines[0].split(",").index("return_after")
     late = [float(line.split(",")[column]) for line in lines[91:101]]  # iterations 90 to 99
     assert training_scores([seed], 100)[0] == pytest.approx(sum(late) / 10)
+
+
+def test_a_pair_is_tested_where_both_were_trained_as_long():
+    pair = studies.WITHOUT_RL[2]
+    changed_scores, control_scores = pair.tested(SHIPPED)
+    for scores, name in ((changed_scores, pair.changed), (control_scores, pair.control)):
+        for seed, score in enumerate(scores):
+            with (SHIPPED / f"{name}-seed{seed}" / "unseen.csv").open() as file:
+                rows = [row for row in csv.DictReader(file) if row["step"] == "1"]
+            assert score == pytest.approx(np.mean([float(row["return"]) for row in rows]))
+    longer = studies.WITHOUT_RL[1]
+    assert load_config(longer.runs(SHIPPED)[1][0]).iterations > longer.end(SHIPPED)
+    assert longer.tested(SHIPPED) is None

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..algorithms import ALGORITHMS
 from ..validation import check_choice
-from .results import TITLES, seeds_of, training_scores
+from .results import TITLES, run_scores, seeds_of, training_scores
 from .runs import load_config
 
 WEIGHTS = (0.2, 0.4, 0.6, 0.8, 1.0)
@@ -81,6 +81,16 @@ class Pair(NamedTuple):
         changed, control = self.runs(folder)
         end = self.end(folder)
         return training_scores(changed, end), training_scores(control, end)
+
+    def tested(self, folder: Path) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the scores of both on test tasks after one step, (seed,) each.
+
+        None where the control was trained longer: stored are the tests of finished policies only.
+        """
+        changed, control = self.runs(folder)
+        if load_config(control[0]).iterations != self.end(folder):
+            return None
+        return run_scores(changed, 1), run_scores(control, 1)
 
 
 def _without_rl(env: str, quality: str, algorithm: str) -> Pair:
