@@ -81,7 +81,8 @@ def measured_paragraphs(number):
             continue
         for paragraph in cell.source.split("\n\n"):
             if paragraph.startswith("**Measured.**"):
-                found[f"{number}#{tag}"] = found.get(f"{number}#{tag}", "") + "\n" + paragraph
+                before = found.get(f"{number}#{tag}")
+                found[f"{number}#{tag}"] = f"{before}\n\n{paragraph}" if before else paragraph
     return found
 
 
@@ -148,6 +149,12 @@ def by_mean(quality, *names):
     ]
 
 
+def by_mean_both_ways(quality, name):
+    """Return an algorithm's mean score on HalfCheetah by the mean action, over both directions."""
+    seeds = stored_seeds(SHIPPED, "half_cheetah", quality)[name]
+    return run_scores(seeds, 1, table=BY_MEAN).mean()
+
+
 def behind_by_the_mean(name, env):
     """Return by how much, least and most, an algorithm is behind Meta-BC by its mean action."""
     found = stored_seeds(SHIPPED, env, "optimal")
@@ -161,9 +168,9 @@ def lead(quality, place, name, step=1):
     return shift_interval(at(place, quality, name, step), baseline)
 
 
-def smallest_lead(quality, places):
+def smallest_lead(quality, places, step=1):
     """Return the least lower end of the intervals of our variants less the best baseline."""
-    return min(lead(quality, place, name).low for place in places for name in OURS)
+    return min(lead(quality, place, name, step).low for place in places for name in OURS)
 
 
 def falls(*names, quality="optimal", worlds=tuple(TITLES)):
@@ -197,10 +204,9 @@ def restricted(name):
 
 
 def better_data():
-    """Return what better data gain on the goals, and backward, for Meta-BC and GMPS."""
+    """Return what better data gain on the goals for Meta-BC, and on Point2D for GMPS."""
     cloned, guided = restricted("meta-bc"), restricted("gmps")
-    gains = [cloned[0].estimate, cloned[1].estimate, guided[0].estimate, guided[1]]
-    return gains, [cloned[3].estimate, guided[3].estimate]
+    return [cloned[0].estimate, cloned[1].estimate, guided[0].estimate]
 
 
 def shares(quality, name):
@@ -220,11 +226,64 @@ def quicker(quality, env):
     return shift_interval(warm, plain)
 
 
-def above_one_nat(name):
+def nats_of(seeds):
     """Return how many updates moved the adapted policies by more than one nat, and of how many."""
-    seeds = [s for env in TITLES for q in STEPS_SHOWN for s in stored_seeds(SHIPPED, env, q)[name]]
     moved = [row.kl for seed in seeds for row in load_curve(seed / "curve.csv")]
     return [sum(kl > 1 for kl in moved), len(moved)]
+
+
+def above_one_nat(name, env, quality):
+    """Return the same for the runs of one algorithm in one environment, with one quality of data."""
+    return nats_of(stored_seeds(SHIPPED, env, quality)[name])
+
+
+def at_the_first_budget(end=150):
+    """Return what 07 says of HalfCheetah's trainings when they were first stopped."""
+    stored = stored_seeds(SHIPPED, "half_cheetah", "optimal")
+    ours = [training_scores(stored[name], end) for name in OURS]
+    cloned = training_scores(stored["meta-bc"])
+    assert all(gap.low < 0 < gap.high for gap in (shift_interval(one, cloned) for one in ours))
+    return [
+        end,
+        *[late_rise(stored[name], EARNED["half_cheetah"], end) for name in OURS],
+        iterations("half_cheetah", "optimal"),
+        iterations("half_cheetah", "optimal", "meta-bc"),
+        end,
+        *[scores.mean() for scores in (*ours, cloned)],
+    ]
+
+
+def cloned_both_ways():
+    """Return what Meta-BC's four whole seeds have on HalfCheetah: at least backward, at most forward."""
+    _, least, *_ = sorted(at(BACKWARD, "optimal", "meta-bc"))
+    return least, at(FORWARD, "optimal", "meta-bc").max()
+
+
+def trained(*worlds):
+    """Return the runs of EMRLD and EMRLD-WS in some worlds, with either quality of the data."""
+    stored = [stored_seeds(SHIPPED, env, quality) for env in worlds for quality in STEPS_SHOWN]
+    return [seed for found in stored for name in OURS for seed in found[name]]
+
+
+def minutes(*worlds):
+    """Return how long each training of EMRLD and EMRLD-WS took in some worlds."""
+    return [load_curve(seed / "curve.csv")[-1].seconds / 60 for seed in trained(*worlds)]
+
+
+def iterations_of(*worlds):
+    """Return the iterations of each training of EMRLD and EMRLD-WS in some worlds."""
+    return [load_config(seed).iterations for seed in trained(*worlds)]
+
+
+def broken_down():
+    """Return what 07 says of Meta-BC's seed that broke down on HalfCheetah."""
+    seed = stored_seeds(SHIPPED, "half_cheetah", "optimal")["meta-bc"][0]
+    moved = [row.kl for row in load_curve(seed / "curve.csv")]
+    best, last = best_and_last(seed)
+    assert abs(last) < 5 < 100 < best
+    stopped_in_time = np.append(at(BOTH_WAYS, "optimal", "meta-bc")[1:], best)
+    assert all(shift_interval(at(BOTH_WAYS, "optimal", n), stopped_in_time).low > 0 for n in OURS)
+    return best, int(np.argmax(moved)) + 1, len(moved), max(moved)
 
 
 SEEN, SEEN_LITERAL, HIDDEN, HIDDEN_LITERAL = (reading.runs for reading in READINGS)
@@ -303,9 +362,9 @@ def demonstrated(env):
     )
 
 
-def iterations(env, quality):
-    """Return the iterations of our runs in a world, of which all have as many."""
-    seeds = [seed for name in OURS for seed in stored_seeds(SHIPPED, env, quality)[name]]
+def iterations(env, quality, *names):
+    """Return the iterations of some algorithms' runs in a world, by default ours: all have as many."""
+    seeds = [seed for name in names or OURS for seed in stored_seeds(SHIPPED, env, quality)[name]]
     (count,) = {load_config(seed).iterations for seed in seeds}
     return count
 
@@ -581,12 +640,15 @@ CLAIMS = {
         *(*means("optimal", *OURS, places=GOALS[1:]), best("optimal", GOALS[1])),
         smallest_lead("optimal", GOALS),
         *(*means("optimal", *OURS, places=[BOTH_WAYS]), best("optimal", BOTH_WAYS)),
+        smallest_lead("optimal", [BOTH_WAYS]),
+        *at_the_first_budget(),
     ],
     "07#directions": lambda: [
         *means("optimal", *OURS, places=[FORWARD, BACKWARD]),
         *(FORWARD.earned, BACKWARD.earned),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD, BOTH_WAYS]),
-        *means("optimal", "meta-bc", places=[BACKWARD, FORWARD]),
+        *(*cloned_both_ways(), at(FORWARD, "optimal", "meta-bc").min()),
+        *broken_down(),
         *means("optimal", "maml", places=[FORWARD, BACKWARD]),
     ],
     "07#wrong-way-unpunished": lambda: [
@@ -601,7 +663,7 @@ CLAIMS = {
     "07#warm-start-begins": lambda: [
         *[quicker("optimal", env).estimate for env in PLENTIFUL],
         *[quicker("suboptimal", env).estimate for env in PLENTIFUL],
-        -quicker("optimal", "half_cheetah").estimate,
+        *[quicker(quality, "half_cheetah").estimate for quality in STEPS_SHOWN],
     ],
     "07#monotone": lambda: [
         max(falls(*OURS, worlds=["point2d", "half_cheetah"])),
@@ -620,29 +682,43 @@ CLAIMS = {
         *behind_by_the_mean("emrld-ws", "two_wheeled"),
         *by_mean("suboptimal", "meta-bc", "emrld"),
         max(by_mean("optimal", "maml", "gmps") + by_mean("suboptimal", "gmps")),
+        *[by_mean_both_ways(q, name) for q in STEPS_SHOWN for name in (*OURS, "meta-bc")],
     ],
     "07#updates-above-one-nat": lambda: [
-        *(*above_one_nat("gmps"), *above_one_nat("meta-bc")),
+        *above_one_nat("gmps", "point2d", "suboptimal"),
+        *above_one_nat("gmps", "two_wheeled", "optimal"),
+        sorted(above_one_nat("gmps", env, q)[0] for env in TITLES for q in STEPS_SHOWN)[-3],
+        *above_one_nat("meta-bc", "half_cheetah", "optimal"),
+        *above_one_nat("meta-bc", "half_cheetah", "suboptimal"),
+        above_one_nat("meta-bc", "two_wheeled", "optimal")[0],
+        *nats_of([SHIPPED / "search-two_wheeled-optimal-meta-bc-table1-seed0"]),
         *most_without_a_step("two_wheeled", "emrld"),
     ],
     "07#ahead-suboptimal": lambda: [
         *means("suboptimal", *OURS),
-        at(BACKWARD, "suboptimal", "emrld", step=3).mean(),
-        at(BACKWARD, "suboptimal", "meta-bc", step=3).mean(),
+        smallest_lead("suboptimal", PLACES),
     ],
     "07#restricted-by-the-data": lambda: [
-        *better_data()[0][:2],
+        *better_data()[:2],
         min(gap.low for gap in restricted("meta-bc")[:2]),
-        better_data()[0][2],
+        better_data()[2],
         *(-restricted("gmps")[1].low, restricted("gmps")[1].high),
-        *better_data()[1],
-        *(-restricted(name)[2].estimate for name in ("meta-bc", "gmps")),
+        *sorted(at(BOTH_WAYS, "optimal", "meta-bc"))[1::3],
+        *min_and_max(at(BOTH_WAYS, "suboptimal", "meta-bc")),
+        iterations("half_cheetah", "suboptimal", "meta-bc"),
+        *(restricted("gmps")[3].estimate, -restricted("gmps")[2].estimate),
     ],
     "07#pooled-means": lambda: [
         *[shares(quality, name).mean() for quality in STEPS_SHOWN for name in OURS],
         *[max(shares(q, name).mean() for name in BASELINES) for q in STEPS_SHOWN],
-        *[interquartile_mean(shares(quality, "emrld")) for quality in STEPS_SHOWN],
-        *sorted(shares("suboptimal", "emrld"))[:2],
+        *[
+            (scores(env, "optimal", "emrld").mean() - scores(env, "suboptimal", "emrld").mean())
+            / EARNED[env]
+            for env in TITLES
+        ],
+        *[iterations("half_cheetah", quality) for quality in reversed(STEPS_SHOWN)],
+        interquartile_mean(shares("optimal", "meta-bc")),
+        shares("optimal", "meta-bc").mean(),
     ],
     "07#drift-claims": lambda: [
         *[drift(name, 1) for name in ("emrld", "emrld-ws", "maml")],
@@ -660,12 +736,11 @@ CLAIMS = {
         max(rises((*OURS, "meta-bc"), PLENTIFUL) + drift_rises()),
         level("point2d", "optimal", "maml"),
         *[-rise("two_wheeled", "optimal", name) for name in ("maml", "gmps")],
+        -rise("two_wheeled", "suboptimal", "gmps"),
         *min_and_max(rises(OURS, ["half_cheetah"])),
-        iterations("half_cheetah", "optimal"),
-        iterations("half_cheetah", "suboptimal"),
-        rise("half_cheetah", "optimal", "meta-bc"),
-        rise("half_cheetah", "suboptimal", "gmps"),
+        *[iterations("half_cheetah", quality) for quality in STEPS_SHOWN],
         rise("point2d", "optimal", "gmps"),
+        *[rise("half_cheetah", quality, "meta-bc") for quality in STEPS_SHOWN],
     ],
     "08#ablation-verdicts": lambda: [
         *without_cloning(),
@@ -741,7 +816,8 @@ CLAIMS = {
     "README#HalfCheetah's mean hides its two directions": lambda: [
         *means("optimal", "emrld", places=[FORWARD, BACKWARD]),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD]),
-        *means("optimal", "meta-bc", places=[FORWARD, BACKWARD]),
+        *cloned_both_ways(),
+        *broken_down()[1:3],
     ],
     "README#RL in the adaptation is not what makes it work, here": lambda: [
         *[left("optimal", part).mean() for part in ("w_rl = 0", "EMRLD")],
@@ -784,7 +860,9 @@ CLAIMS = {
         *searched("point2d-optimal-meta-bc", "table1", "fixed-sigma"),
         *searched("two_wheeled-optimal-meta-bc", "table1", "fixed-sigma"),
         *searched("point2d-suboptimal-meta-bc", "table1", "fixed-sigma"),
-        *(*above_one_nat("gmps"), *above_one_nat("meta-bc")),
+        *above_one_nat("gmps", "point2d", "suboptimal"),
+        *above_one_nat("gmps", "two_wheeled", "optimal"),
+        *above_one_nat("meta-bc", "half_cheetah", "optimal"),
         *[TrustRegion().for_actions(dim).max_kl for dim in (2, 6)],
         max(largest_moves("point2d", "meta-bc")),
         *gmps_at_a_fifth(),
@@ -833,12 +911,16 @@ CLAIMS = {
         ],
         0.9,  # the level, 90 %
         smallest_lead("optimal", (*GOALS, FORWARD, BOTH_WAYS)),
+        iterations("half_cheetah", "optimal"),
+        at_the_first_budget()[0],
+        *at_the_first_budget()[-3:],
         *by_mean("optimal", "meta-bc", "emrld"),
     ],
     "ledger#claim-warm-start": lambda: [
         30,
         *[end for env in PLENTIFUL for end in quicker("suboptimal", env)],
         *[quicker("optimal", env).estimate for env in PLENTIFUL],
+        *[quicker(quality, "half_cheetah").estimate for quality in STEPS_SHOWN],
     ],
     "ledger#claim-monotone": lambda: [
         max(falls(*OURS)),
@@ -855,9 +937,7 @@ CLAIMS = {
             for number in (*means("suboptimal", *OURS, places=[place]), best("suboptimal", place))
         ],
         0.9,  # the level, 90 %
-        np.floor(smallest_lead("suboptimal", (*PLACES, BOTH_WAYS))),
-        at(BACKWARD, "suboptimal", "emrld", step=3).mean(),
-        at(BACKWARD, "suboptimal", "meta-bc", step=3).mean(),
+        *[np.floor(smallest_lead("suboptimal", (*PLACES, BOTH_WAYS), step)) for step in (1, 3)],
     ],
     "ledger#claim-one-step": lambda: [
         np.floor(10 * least_share_after_one_step()) / 10,
@@ -883,25 +963,34 @@ CLAIMS = {
     ],
     "ledger#claim-gmps-fails": lambda: [
         *means("optimal", "gmps"),
-        *above_one_nat("gmps"),
+        *above_one_nat("gmps", "two_wheeled", "optimal"),
+        *above_one_nat("gmps", "point2d", "optimal"),
+        *above_one_nat("gmps", "half_cheetah", "optimal"),
         *gmps_at_a_fifth(),
     ],
     "ledger#claim-meta-bc-fails": lambda: [
         *means("optimal", "meta-bc")[:2],
         max(largest_moves("point2d", "meta-bc")),
         *falls("meta-bc", worlds=["two_wheeled"]),
-        *above_one_nat("meta-bc"),
-        TrustRegion().for_actions(2).max_kl,
+        *above_one_nat("meta-bc", "half_cheetah", "optimal"),
+        TrustRegion().for_actions(6).max_kl,
         *goals(),
         *[run_scores(seeds_of(SHIPPED, f"{env}-meta-bc-plentiful"), 1).mean() for env in PLENTIFUL],
         *by_mean("optimal", "meta-bc"),
         1,  # sigma
-        *means("optimal", "meta-bc", places=[FORWARD, BACKWARD]),
+        *cloned_both_ways(),
+        *broken_down(),
     ],
     "ledger#claim-bad-data-limits-cloning": lambda: [
-        *better_data()[0][:3],
+        *better_data(),
         *(restricted("gmps")[1].estimate, *restricted("gmps")[1][1:]),
-        *better_data()[1],
+        restricted("gmps")[3].estimate,
+    ],
+    "ledger#claim-run-time": lambda: [
+        *min_and_max(minutes(*PLENTIFUL)),
+        *min_and_max(iterations_of(*PLENTIFUL)),
+        *min_and_max(minutes("half_cheetah")),
+        *sorted(set(iterations_of("half_cheetah"))),
     ],
     "ledger#claim-drift": lambda: [
         UNSEEN_TASKS,

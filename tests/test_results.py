@@ -75,6 +75,14 @@ def test_the_cheetah_with_optimal_data_earns_140_running_the_right_way():
             assert np.mean([float(row["success"]) for row in after]) > 0.9
 
 
+def test_meta_bc_breaks_down_on_the_cheetah_with_one_seed_and_runs_backward_with_the_others():
+    folders = results.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["meta-bc"]
+    broken, *whole = folders
+    assert max(row.kl for row in runs.load_curve(broken / "curve.csv")) > 100.0  # TRPO allows 0.06
+    assert results.best_and_last(broken)[0] > 150 and abs(in_direction(broken, "-1.0", 1)) < 5
+    assert min(in_direction(folder, "-1.0", 1) for folder in whole) > 250
+
+
 @pytest.mark.parametrize("env", list(results.TITLES))
 @pytest.mark.parametrize("quality", list(STEPS))
 def test_both_variants_are_ahead_of_every_baseline(env, quality):
@@ -89,7 +97,7 @@ def test_a_direction_is_read_apart(place):
     folders = results.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["gmps"]
     expected = [in_direction(folder, place.goal, 1) for folder in folders]
     assert results.run_scores(folders, 1, place.goal) == pytest.approx(expected)
-    assert (min(expected) > 200) if place is results.BACKWARD else (max(expected) < -200)
+    assert (min(expected) > 100) if place is results.BACKWARD else (max(expected) < -100)
     with pytest.raises(InputError, match=r"expected tasks with the goal 7\.0, got none"):
         results.run_scores(folders, 1, "7.0")
 
