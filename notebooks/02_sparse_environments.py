@@ -358,7 +358,7 @@ guess.reveal("loiter", f"from step {first[1.0]} on, and with 0.95 from step {fir
 #
 # <details><summary>Solution</summary>
 #
-# Add one: pay $100 - t$ in place of $100 - t - 1$: count the arriving step among those that are paid out. Without a discount, staying to the end earns $0.98\,(100 - t) < 100 - t$ for every $t \le 99$. Loitering for $k$ steps and finishing
+# Add one, and pay $100 - t$ in place of $100 - t - 1$: count the arriving step among those that are paid out. Without a discount, staying to the end earns $0.98\,(100 - t) < 100 - t$ for every $t \le 99$. Loitering for $k$ steps and finishing
 # then earns $0.98\,k + (100 - t - k) = 100 - t - 0.02\,k$, which is less, too. A discount below 1 shrinks every term of the waiting but the first, and leaves the immediate jackpot as it is.
 #
 # With the paper's jackpot, staying to the end pays if $0.98\,(100 - t) > 99 - t$, that is $0.02\,t > 1$, $t > 50$. It is the "− 1" alone that makes it pay.

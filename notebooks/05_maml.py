@@ -1094,7 +1094,7 @@ print(f"which are {spread:.2f} off it themselves, on average")
 # The tasks that did see a reward differ little, too (Figure 9), so a lack of reward is a part of the story at most. The paper again: "negligible learning signal", and little data for the meta-update. Both failures are findings only if
 # the baselines had their chance. A learning rate could be to blame, or the noise: the paper fixes sigma, and we let it be learned. So each
 # baseline gets the same search, on the training tasks and with one seed (`data/grids/search.toml`): Table 1's values; ten times their $\alpha$; a fifth of Adam's learning rate;
-# and sigma fixed; Meta-BC has 300 iterations, GMPS 150. (A weight of their only loss would multiply $\alpha$ or the meta-gradient, whose size Adam divides out again; for the same reason clipped gradients were not tried. MAML's search asks for other things, momentum and scaled advantages, beside $\alpha$ and sigma. Meta-BC's best with optimal data was then trained on to 700: the run with 48.8 above.) Here is the mean return after adaptation over the last twenty iterations, on HalfCheetah the mean over both directions.
+# and sigma fixed; Meta-BC has 300 iterations, GMPS 150. Weights of the losses are not in the search, since each step of these two has one loss: its weight in the adaptation is a factor of $\alpha$, and in the meta-update Adam divides it out again. Nor are clipped gradients, which Adam divides out likewise. (MAML's search asks beside $\alpha$ and sigma for the bound of its trust region, the momentum and scaled advantages. Meta-BC's best with optimal data was then trained on to 700: the run with 48.8 above.) Here is the mean return after adaptation over the last twenty iterations, on HalfCheetah the mean over both directions.
 #
 # **Predict first.** On the training tasks of Point2D and TwoWheeled EMRLD's mean over seeds is above 70 with either data (notebook 07). What is the best that the search finds there for Meta-BC, and for GMPS?
 
@@ -1125,7 +1125,7 @@ guess.reveal("search", f"{best['meta-bc']:.1f}, and {best['gmps']:.1f}")
 
 # %% [markdown] tags=["reveal"]
 # Sampled, no setting rescues either within these iterations. The paper's fixed sigma more than doubles Meta-BC's return on Point2D with optimal data. Why, these runs do not isolate: a learned sigma shrinks under cloning (at Table 1's values to 0.17 and less), so its actions carry less noise, and yet it returns less. For
-# GMPS little helps. On HalfCheetah Table 1's values are Meta-BC's best (134.7 with optimal data, and its curve still rises; 99.7 with sub-optimal), and no setting of GMPS or MAML ends above 0. (Such a mean near 0 may stand for no running or for running one way always; notebook 07 takes the directions apart.) The comparison of notebook 07 gives each baseline the best setting of its row.
+# GMPS little helps. On HalfCheetah Table 1's values are Meta-BC's best (134.7 with optimal data, where its curve still rose, so that the comparison has 700 iterations; 99.7 with sub-optimal), and no setting of GMPS or MAML ends above 0. (Such a mean near 0 may stand for no running or for running one way always; notebook 07 takes the directions apart.) The comparison of notebook 07 gives each baseline the best setting of its row.
 #
 # What EMRLD does differently is now easy to say. It puts the demonstration where MAML starves, *into the adaptation*, and keeps RL
 # where cloning stops, *in the meta-update*.

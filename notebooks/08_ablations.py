@@ -339,9 +339,9 @@ guess.reveal("seen", f"{shares['emrld']:.0%}, and {shares['emrld-ws']:.0%}")
 # %% [markdown]
 # So we ask the paper's question again where it can have another answer. First in other settings: EMRLD-WS, TwoWheeled, whose sub-optimal data lack their beginning, and data that mislead (five of their twelve trajectories miss
 # the goal by more than a unit). Then, on Point2D, with what our EMRLD does not share with the paper's: the released code's first twenty episodes to end, of thirty, which favour those that found the goal; the cloning loss as a sum; sigma fixed; and all that the paper prints at once, sigma fixed, sums in place of both means, and no
-# momentum. Beside each sentence stands how much both curves still rise, by the rule of notebook 07: a comparison of two curves that climb is one at a budget.
+# momentum. Above each pair's sentences stands how much both curves still rise, by the rule of notebook 07: a comparison of two curves that climb is one at a budget.
 #
-# **Predict first.** Leave RL out of the adaptation in nine other settings. In how many is a loss shown, on the training tasks, and on unseen ones?
+# **Predict first.** Leave RL out of the adaptation in nine other settings. In how many is a loss shown, on the training tasks, and on unseen ones (where eight can be compared)?
 
 # %%
 guess.ask("elsewhere", "of nine settings, a loss is shown in: training tasks, unseen ones")
@@ -373,12 +373,12 @@ guess.reveal("elsewhere", "{}, and {} of {}".format(*lost.values(), len(gaps["un
 # **Measured.** On the training tasks no loss is shown. The nine differences are 0.1, 0.8, 1.5, -2.3, 15.9, 0.7, 0.3, -0.2 and 0.5. For EMRLD-WS on Point2D, for data that mislead, the summed loss, a fixed sigma and all that the paper prints, a loss that matters is excluded: at most 3.9 remain possible. It is not excluded on TwoWheeled, where EMRLD may lose 8.0 and EMRLD-WS 6.4,
 # nor with the first twenty of thirty, 11.4. In the second setting leaving RL out is even ahead, by at most 1.9. With data that mislead it leaves 64.3, and 47.6 are had with it; three seeds of each side cannot tell these apart, and the second curve still climbs.
 #
-# **Measured.** On unseen tasks eight pairs can be compared (the ninth's control trained on), and **one loss is shown**: EMRLD-WS on TwoWheeled returns 4.9 less without RL, anything from 0.0 to 12.0, with five seeds a side. This is what the paper says, at the very edge of its interval; where nothing differs, about one in twenty such verdicts is false, so by itself it decides little. A loss that matters is excluded
+# **Measured.** On unseen tasks eight pairs can be compared (the ninth's control trained on), and **one loss is shown**: EMRLD-WS on TwoWheeled returns 4.9 less without RL, anything from 0.0 to 12.0, with five seeds a side. This is what the paper says, at the very edge of its interval; but of seventeen such verdicts at least one is false more often than not, even where nothing differs, so by itself it decides little. A loss that matters is excluded
 # for EMRLD-WS on Point2D, a fixed sigma and all that the paper prints, 3.2 at most, and not for EMRLD on TwoWheeled, 6.2, the summed loss, 9.2, and the first twenty of thirty, 16.4. After a training on data that mislead both fail on unseen goals, 5.1 with RL and 1.3 without: there the usual sub-optimal demonstrator shows them, whom these policies have not met.
 #
 # The last pair says nothing about RL, since EMRLD itself fails there: 6.5 with RL, 7.1 without. No part of that setting does this alone (section 5 has each by itself, for EMRLD-WS). Summed and joint, a cloning step is about forty times as long as ours, so with Table 1's $\alpha$ its length may be the trouble; a smaller $\alpha$ was not tried.
 #
-# **What these runs leave open.** HalfCheetah is not among them, nor are the paper's losses with a shorter step, nor trainings with more than one adaptation step. So we write "not reproduced" for Point2D, the environment of the paper's Fig. 8, and "cannot say" for TwoWheeled; why the paper's figure differs these runs do not tell.
+# **What these runs leave open.** HalfCheetah is not among them, nor are the paper's losses with a shorter step, nor trainings with more than one adaptation step. So we write "not reproduced" for Point2D, the environment of the paper's Fig. 8, and "cannot say" for TwoWheeled, but for that one loss at the edge; why the paper's figure differs these runs do not tell.
 #
 # Is then all RL useless in EMRLD? By question 3 of your plan, Meta-BC against EMRLD without RL cannot say: it changes three things. What the runs do say: with one adaptation step and twenty episodes, the demonstration tells the adaptation where to go, and the meta-update, by RL on the
 # adapted policies, makes following it pay. A task in which the demonstration leaves more open, or more adaptation steps, may
