@@ -12,12 +12,13 @@ from pathlib import Path
 import jupytext
 import numpy as np
 import pytest
+import torch
 
 from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.demonstrations import load, load_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.envs.two_wheeled_drift import ROBOT_DRIFT, ROBOT_TRIALS
-from emrld_lite.experiments.evaluation import BY_MEAN, UNSEEN_TASKS
+from emrld_lite.experiments.evaluation import BY_MEAN, SAMPLED, UNSEEN_TASKS
 from emrld_lite.experiments.intervals import interquartile_mean, shift_interval
 from emrld_lite.experiments.lottery import TARGET, load_draws, median_and_latest
 from emrld_lite.experiments.results import (
@@ -41,9 +42,10 @@ from emrld_lite.experiments.results import (
 )
 from emrld_lite.experiments.robot_figures import sweep_of
 from emrld_lite.experiments.robot_study import AFTER, BEFORE, TRIAL, controller_name, load_study
-from emrld_lite.experiments.runs import SHIPPED, load_config, load_curve
+from emrld_lite.experiments.runs import SHIPPED, load_config, load_curve, load_run
 from emrld_lite.experiments.studies import (
     ABLATION_END,
+    CLONING_ALONE,
     CONTROL,
     READINGS,
     SENSITIVITY_END,
@@ -53,6 +55,7 @@ from emrld_lite.experiments.studies import (
     sensitivity_runs,
     switch_runs,
 )
+from emrld_lite.policy import detach, distribution
 from emrld_lite.trpo import TrustRegion
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -418,9 +421,43 @@ def gap_of(pair):
     return shift_interval(*pair.scores(SHIPPED))
 
 
-def unseen_gap(pair):
+def unseen_gap(pair, table=SAMPLED):
     """Return the interval of the score on unseen tasks of a pair's changed runs, less its control's."""
-    return shift_interval(*pair.tested(SHIPPED))
+    return shift_interval(*pair.tested(SHIPPED, table))
+
+
+def copied(run):
+    """Return how well a run's policies copy after adaptation by cloning alone, as notebook 08 measures it."""
+    demos, stored = load_demonstrations("optimal", "point2d"), load_run(run)
+    losses = []
+    for states, actions, counts in zip(demos.states, demos.actions, demos.mask.bool(), strict=True):
+        theta = {name: value.requires_grad_() for name, value in detach(stored.meta_params).items()}
+        gradients = torch.autograd.grad(
+            copying_loss(theta, states[counts], actions[counts]), list(theta.values())
+        )
+        adapted = {
+            name: value.detach() - stored.config.adapt_lr * gradient
+            for (name, value), gradient in zip(theta.items(), gradients, strict=True)
+        }
+        losses.append(float(copying_loss(adapted, states[counts], actions[counts])))
+    return np.mean(losses)
+
+
+def copies_and_returns(pair):
+    """Return how well either side of a pair copies, and what either returns on unseen tasks."""
+    copies = [np.mean([copied(run) for run in seeds]) for seeds in pair.runs(SHIPPED)]
+    return [*copies, *(tested.mean() for tested in pair.tested(SHIPPED))]
+
+
+def without_step(run):
+    """Return in how many iterations the line search of a run found no step."""
+    return sum("line search" in row.note for row in load_curve(run / "curve.csv"))
+
+
+def copying_loss(theta, states, actions):
+    """Return minus the log-density of one demonstration, mean over steps and dimensions."""
+    mean, log_sigma = distribution(theta, states)
+    return -torch.distributions.Normal(mean, log_sigma.exp()).log_prob(actions).mean()
 
 
 def without_when_tested(quality):
@@ -770,6 +807,23 @@ CLAIMS = {
         *[lost_at_most(unseen_gap(pair)) for pair in (TWO_WHEELED, SUMMED, FIRST_TWENTY)],
         *[scores.mean() for scores in reversed(MISLEADING.tested(SHIPPED))],
     ],
+    "08#cloning-alone": lambda: [
+        *copies_and_returns(CLONING_ALONE[1]),
+        *copies_and_returns(CLONING_ALONE[0]),
+        ABLATION_END,
+        min(-unseen_gap(pair).high for pair in CLONING_ALONE),
+        min(-unseen_gap(pair, BY_MEAN).high for pair in CLONING_ALONE),
+        max(map(without_step, CLONING_ALONE[0].runs(SHIPPED)[0])),
+        ABLATION_END,
+        training_scores(
+            stored_seeds(SHIPPED, "point2d", "optimal")["meta-bc"], ABLATION_END
+        ).mean(),
+        ABLATION_END,
+        scores("point2d", "optimal", "meta-bc").mean(),
+        iterations("point2d", "optimal", "meta-bc"),
+        by_mean("optimal", "meta-bc")[0],
+        CLONING_ALONE[1].tested(SHIPPED, BY_MEAN)[1].mean(),
+    ],
     "08#sensitivity-verdicts": lambda: [
         *(span("emrld", "w_rl"), largest_difference("emrld", "w_rl"), span("emrld-ws", "w_rl")),
         *(
@@ -837,6 +891,7 @@ CLAIMS = {
         *[-unseen_gap(TWO_WHEELED_WARM)[end] for end in (0, 2, 1)],
         left("optimal", "w_bc = 0").mean(),
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
+        *[side.mean() for pair in CLONING_ALONE for side in pair.tested(SHIPPED)],
     ],
     "README#Changing dynamics: two sentences of the paper decide": lambda: [
         *(drift("maml", 1), drift("emrld", 1), drift("maml", 0)),

@@ -116,6 +116,16 @@ def test_a_pair_without_rl_in_the_adaptation_differs_in_that_alone(pair):
         assert config.w_rl == 0.0 != control.w_rl  # which may be None, Table 1's
 
 
+@pytest.mark.parametrize("pair", studies.CLONING_ALONE, ids=lambda pair: pair.changed)
+def test_a_pair_of_cloning_alone_differs_in_the_loss_of_the_meta_update(pair):
+    for config, control in twins(pair):
+        assert config.adaptation("optimal") == control.adaptation("optimal")  # Meta-BC: w_rl = 0
+        differing = changed(config, control, pair.end(SHIPPED))
+        assert set(differing) == {"algorithm", "w_rl", "meta_update"}
+        assert config.meta_update == "cloning-trpo"
+        assert (control.algorithm, control.meta_update) == ("emrld", None)  # None: RL by TRPO
+
+
 def twins(pair):
     """Return the configuration of each changed run with that of the control of the same seed."""
     changed_runs, control_runs = pair.runs(SHIPPED)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..algorithms import ALGORITHMS
 from ..validation import check_choice
+from .evaluation import SAMPLED
 from .results import TITLES, run_scores, seeds_of, training_scores
 from .runs import load_config
 
@@ -82,15 +83,16 @@ class Pair(NamedTuple):
         end = self.end(folder)
         return training_scores(changed, end), training_scores(control, end)
 
-    def tested(self, folder: Path) -> tuple[np.ndarray, np.ndarray] | None:
+    def tested(self, folder: Path, table: str = SAMPLED) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the scores of both on test tasks after one step, (seed,) each.
 
         None where the control was trained longer: stored are the tests of finished policies only.
+        ``table`` is the file that says so, with sampled actions or by the mean action.
         """
         changed, control = self.runs(folder)
         if load_config(control[0]).iterations != self.end(folder):
             return None
-        return run_scores(changed, 1), run_scores(control, 1)
+        return run_scores(changed, 1, table=table), run_scores(control, 1, table=table)
 
 
 def _without_rl(env: str, quality: str, algorithm: str) -> Pair:
@@ -116,6 +118,21 @@ WITHOUT_RL = (  # where the question of Fig. 8 is asked beyond its own two panel
     _without_rl_where("cloning loss summed", "summed", 0.2),
     _without_rl_where("sigma fixed", "fixed-sigma", 0.2),
     _without_rl_where("all as the paper prints", "as-printed", 0.2),
+)
+
+CLONING_ALONE = (  # cloning in the meta-update, as in Meta-BC, in place of RL; both adapt by cloning alone
+    Pair(
+        "sigma learned",
+        "point2d",
+        "ablation-point2d-optimal-meta-bc-cloning-trpo",
+        "ablation-point2d-optimal-emrld-w_rl0.0",
+    ),
+    Pair(
+        "sigma fixed",
+        "point2d",
+        "ablation-fixed-sigma-meta-bc-cloning-trpo",
+        "ablation-fixed-sigma-emrld-w_rl0.0",
+    ),
 )
 
 
