@@ -281,6 +281,33 @@ def test_a_finished_sweep_repeats_nothing(tmp_path):
     assert (outcome.made, outcome.kept) == ([], list(grid))
 
 
+@pytest.mark.parametrize("algorithm", ["emrld-ws", "gmps"])
+def test_a_run_can_be_kept_without_its_learner_s_memory(tmp_path, straight, algorithm):
+    name = f"point2d-optimal-{algorithm}-seed0"
+    grid = {name: load_grid(written(tmp_path, RUNS))[name]}
+    make_run(dataclasses.replace(grid[name], iterations=3), str(tmp_path / name))
+    whole = runs.load_run(tmp_path / name)
+    assert whole.learner_state
+    sizes = [(tmp_path / name / "policy.safetensors").stat().st_size]
+    checkpoints.forget_memory(tmp_path / name)
+    sizes.append((tmp_path / name / "policy.safetensors").stat().st_size)
+    thin = runs.load_run(tmp_path / name)
+    assert sizes[1] < 0.6 * sizes[0]
+    assert (thin.curve, thin.learner_state) == (whole.curve, {})
+    assert all(
+        torch.equal(thin.meta_params[one], whole.meta_params[one]) for one in thin.meta_params
+    )
+    outcome = sweep(grid, tmp_path, workers=1, forget=True)  # goes on, with a fresh memory
+    assert outcome.made == [name]
+    again = runs.load_run(tmp_path / name)
+    assert (len(again.curve), again.learner_state) == (6, {})
+    assert without_time(again.curve)[:3] == without_time(straight[name])[:3]
+    assert (
+        again.curve[3].return_after == straight[name][3].return_after
+    )  # of the policy that was kept
+    assert again.curve[3].kl != straight[name][3].kl  # the first update without the memory
+
+
 def test_a_run_of_other_settings_is_not_taken_for_one_of_the_grid(tmp_path):
     grid, out = load_grid(written(tmp_path)), tmp_path / "out"
     name, config = next(iter(grid.items()))

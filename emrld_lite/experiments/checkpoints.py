@@ -13,6 +13,7 @@ from ..validation import InputError
 from .budget import check_training
 from .machine import provenance, resumption, stored_provenance
 from .runs import (
+    LEFT_OUT,
     Run,
     curve_cells,
     curve_fingerprint,
@@ -125,6 +126,23 @@ def save_checkpoint(out: Path, run: Run) -> None:
     demonstrations: what does not belong together, or was changed, is noticed when it is read.
     Raises InputError, and writes nothing, for numbers that are not finite: none could be read back.
     """
+    storage.check_finite(out / "policy.safetensors", {**run.meta_params, **run.learner_state})
+    storage.write_csv(Path(out) / "curve.csv", Record._fields, curve_cells(run.curve))
+    _write_policy(out, run)
+
+
+def forget_memory(folder: Path) -> None:
+    """Store a run's policy without what its learner remembers: a half to a third of the size.
+
+    A run that goes on from it begins with a fresh memory, so not as it would have.
+    """
+    run = load_run(folder)
+    if run.learner_state:
+        _write_policy(folder, run._replace(learner_state={}))
+
+
+def _write_policy(out: Path, run: Run) -> None:
+    """Write a run's policy, its learner's memory, and what both belong to."""
     tensors = {**run.meta_params, **run.learner_state}
     facts = {
         "iterations": str(len(run.curve)),
@@ -134,6 +152,6 @@ def save_checkpoint(out: Path, run: Run) -> None:
     }
     if run.demonstrations is not None:
         facts["demonstrations"] = run.demonstrations
-    storage.check_finite(out / "policy.safetensors", tensors)
-    storage.write_csv(Path(out) / "curve.csv", Record._fields, curve_cells(run.curve))
+    if not run.learner_state:
+        facts["memory"] = LEFT_OUT  # or there never was one
     storage.write_tensors(Path(out) / "policy.safetensors", tensors, facts)

@@ -17,7 +17,7 @@ from ..validation import InputError
 from .grid import command_of
 from .runs import load_config, load_curve
 
-PORTABLE_RUN = storage.DATA / "portable"  # made so that every x86 processor repeats its digits
+PORTABLE_RUN = storage.DATA / "portable"  # made with the variables of machine.PORTABLE
 
 
 def train_elsewhere(

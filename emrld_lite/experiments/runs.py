@@ -19,6 +19,7 @@ from ..train import Record
 from ..trpo import TrustRegion
 from ..validation import InputError, number, real_number, shown, whole_number
 
+LEFT_OUT = "left out"  # what a policy's file says of a memory that it does not hold
 OLD_NAMES = {"adam_mean.": "adam.exp_avg.", "adam_square.": "adam.exp_avg_sq."}  # in older runs
 BEFORE = {"log_density": "joint", "meta_momentum": 0.0}  # in runs older than the setting
 SHIPPED = storage.DATA / "runs"
@@ -52,7 +53,7 @@ def load_run(folder: Path) -> Run:
     config = load_config(folder)
     theta = config.initial_policy()
     path = folder / "policy.safetensors"
-    tensors, facts = _read_policy(path, {**theta, **config.learner(theta).state()})
+    tensors, facts = _read_policy(path, theta, config.learner(theta).state())
     iterations = _iterations(path, facts, config.env)
     curve = load_curve(folder / "curve.csv")
     if len(curve) < iterations:
@@ -116,12 +117,14 @@ def _record(where: str, place: int, row: dict[str, str]) -> Record:
     return Record(**values)
 
 
-def _read_policy(path: Path, expected: Params) -> tuple[Params, dict[str, str]]:
-    """Return the tensors of a policy's file, in the order of ``expected``, and its facts.
+def _read_policy(path: Path, theta: Params, memory: Params) -> tuple[Params, dict[str, str]]:
+    """Return the tensors of a policy's file, in the order of ``theta`` and ``memory``, and its facts.
 
-    Raises InputError unless they are finite and of the names and shapes of ``expected``.
+    Raises InputError unless they are finite and of these names and shapes. A file that says that the
+    learner's memory was left out holds none.
     """
     tensors, facts = storage.read_tensors(path, "policy")
+    expected = theta if facts.get("memory") == LEFT_OUT else {**theta, **memory}
     for old, new in OLD_NAMES.items():
         tensors = {name.replace(old, new): value for name, value in tensors.items()}
     if "adam_step" in facts:  # where older runs kept it

@@ -21,7 +21,7 @@ from ..storage import check_target
 from ..validation import InputError, positive_count
 from . import runs
 from .budget import seconds_per_iteration
-from .checkpoints import CHECKPOINT_EVERY, train_run
+from .checkpoints import CHECKPOINT_EVERY, forget_memory, train_run
 from .cluster import local_cluster
 from .evaluation import evaluate_run, testing_demonstrations, write_evaluation
 from .grid import command_of
@@ -89,14 +89,16 @@ def sweep(
     scheduler: str | None = None,
     checkpoint_every: int = CHECKPOINT_EVERY,
     patience: float = PATIENCE,
+    forget: bool = False,
 ) -> Outcome:
     """Make every run of ``grid`` that is not in ``out`` yet, or has fewer iterations there.
 
     On a local cluster of ``workers`` processes (by default one a core), or on the running Dask
     scheduler at the address ``scheduler``, whose workers must see the same files. Each run keeps a
-    checkpoint after every ``checkpoint_every`` iterations. Raises InputError when that scheduler
-    does not answer within ``patience`` seconds or is lost for so long (the same call then goes on),
-    and before any run when a folder holds a run with other settings than the grid's.
+    checkpoint after every ``checkpoint_every`` iterations; with ``forget`` the finished ones, those
+    that had been there too, keep their policy without its learner's memory. Raises InputError when
+    that scheduler does not answer within ``patience`` seconds or is lost for so long (the same call
+    then goes on), and before any run when a folder holds a run with other settings than the grid's.
     """
     out = check_target("out", out, folder=True).resolve()
     kept = [
@@ -111,8 +113,22 @@ def sweep(
                 "move it away, or change the grid"
             )
     missing = {name: config for name, config in grid.items() if name not in kept}
-    if not missing:
-        return Outcome([], kept, {})
+    failed = _make(missing, out, workers, scheduler, checkpoint_every, patience) if missing else {}
+    made = [name for name in missing if name not in failed]
+    for name in (*kept, *made) if forget else ():
+        forget_memory(out / name)
+    return Outcome(made, kept, failed)
+
+
+def _make(
+    missing: dict[str, TrainConfig],
+    out: Path,
+    workers: int | None,
+    scheduler: str | None,
+    checkpoint_every: int,
+    patience: float,
+) -> dict[str, str]:
+    """Make the missing runs on the workers; returns the errors of those that failed."""
     if scheduler is None:
         workers = positive_count(
             "workers",
@@ -127,8 +143,7 @@ def sweep(
             )
             for name, config in missing.items()
         }
-        failed = _watch(futures, missing, out)
-    return Outcome([name for name in missing if name not in failed], kept, failed)
+        return _watch(futures, missing, out)
 
 
 def announcement(missing: dict[str, TrainConfig], workers: int | None) -> str:

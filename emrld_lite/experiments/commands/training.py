@@ -75,6 +75,7 @@ def sweep(
     out: Path,
     workers: int | None = None,
     scheduler: str | None = None,
+    forget: bool = False,
 ) -> None:
     """Make every run of a grid that is not there yet, on local workers or a running Dask scheduler.
 
@@ -83,11 +84,12 @@ def sweep(
         out: folder for the runs
         workers: local worker processes, by default one per core
         scheduler: address of a running Dask scheduler, such as tcp://host:8786
+        forget: keep finished runs without what their learner remembers, at a half to a third of the size
     """
     from ..sweep import sweep as make_runs  # Dask is only needed here  # noqa: PLC0415
 
     try:
-        outcome = make_runs(load_grid(grid), out, workers, scheduler)
+        outcome = make_runs(load_grid(grid), out, workers, scheduler, forget=forget)
     except KeyboardInterrupt as stop:
         stop.args = ("the same command goes on from the last checkpoints",)
         raise
