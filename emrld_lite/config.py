@@ -11,7 +11,7 @@ from .algorithms import ALGORITHMS, Algorithm
 from .envs import Environment, family, make
 from .envs.base import PaidSide, Reward, Start
 from .envs.point2d import Point2D, StepRule
-from .learners import LEARNERS, Adam, Learner, Trpo
+from .learners import LEARNERS, Adam, Learner, RlAndCloningTrpo, Trpo
 from .losses import Reduction
 from .policy import NETWORK_START, LogDensity, NetworkStart, Params, initialise
 from .trpo import TrustRegion
@@ -67,6 +67,9 @@ class TrainConfig:
     meta_update: MetaUpdate | None = None
     """The meta-update's loss and optimiser; by default the algorithm's. No algorithm of the paper clones by
     TRPO."""
+    meta_w_bc: float = 1.0
+    """Weight of cloning beside RL, whose weight is 1, in the meta-update rl-and-cloning-trpo (ours: the paper
+    tried that without saying its weight)."""
     meta_momentum: float = 0.5
     """Share of earlier iterations in the gradient along which TRPO steps (ours; the paper's is 0)."""
     meta_lr: float = 0.01
@@ -119,6 +122,7 @@ class TrainConfig:
         positive_count("episodes", self.episodes)
         if self.started_episodes is not None:
             positive_count("started_episodes", self.started_episodes, minimum=self.episodes)
+        real_number("meta_w_bc", self.meta_w_bc, minimum=0.0)
         real_number("meta_momentum", self.meta_momentum, 0.0, 0.99)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
         if self.stop_at_return is not None:
@@ -175,6 +179,9 @@ class TrainConfig:
 
     def learner(self, theta: Params) -> Learner:
         """Return what changes the meta-policy ``theta``, with nothing learned yet."""
-        if issubclass(chosen := self.learner_type(), Trpo):
+        chosen = self.learner_type()
+        if chosen is RlAndCloningTrpo:
+            return chosen(theta, self.trust_region, self.meta_momentum, self.meta_w_bc)
+        if issubclass(chosen, Trpo):
             return chosen(theta, self.trust_region, self.meta_momentum)
         return Adam(theta, self.meta_lr)

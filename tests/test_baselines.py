@@ -235,28 +235,35 @@ def test_cloning_by_trpo_reads_no_reward_of_d_val():
     assert torch.equal(policy.to_vector(one), policy.to_vector(other))
 
 
-def test_rl_and_cloning_by_trpo_start_from_the_sum_of_both_losses_and_gradients():
+@pytest.mark.parametrize("weight", [0.0, 0.1, 1.0])
+def test_rl_and_cloning_by_trpo_start_from_the_sum_of_both_losses_and_gradients(weight):
     params = random_params(0)
     data = TaskData(random_rollout(2, 6), random_rollout(3, 6), random_demonstrations(1, 6))
     rule = dataclasses.replace(META_BC, w_rl=0.2)
+    config = dataclasses.replace(SMALL, meta_update="rl-and-cloning-trpo", meta_w_bc=weight)
     rl, cloning, both = (
-        learner(params, trpo.TrustRegion()).objective(params, chunks(data), rule)
-        for learner in (Trpo, CloningTrpo, RlAndCloningTrpo)
+        learner.objective(params, chunks(data), rule)
+        for learner in (
+            Trpo(params, trpo.TrustRegion()),
+            CloningTrpo(params, trpo.TrustRegion()),
+            config.learner(params),
+        )
     )
-    assert both.value == pytest.approx(rl.value + cloning.value)
-    torch.testing.assert_close(both.gradient, rl.gradient + cloning.gradient)
+    assert both.value == pytest.approx(rl.value + weight * cloning.value)
+    torch.testing.assert_close(both.gradient, rl.gradient + weight * cloning.gradient)
 
 
 def test_rl_and_cloning_by_trpo_accept_a_step_that_lowers_the_sum_within_the_bound():
     params = random_params(0)
     data = TaskData(random_rollout(2, 6), random_rollout(3, 6), random_demonstrations(1, 6))
-    learner = RlAndCloningTrpo(params, trpo.TrustRegion(max_kl=0.02, fisher_samples=20))
+    region = trpo.TrustRegion(max_kl=0.02, fisher_samples=20)
+    learner = RlAndCloningTrpo(params, region, weight=0.5)
     stepped, step = learner.update(params, data, META_BC, torch.Generator().manual_seed(0))
     assert step.note == ""
     old = policies_after(params, data, META_BC)
     totals = [
         float(losses.surrogate_loss(policies_after(theta, data, META_BC), old, data.after).mean())
-        + mean_cloning_loss(theta, data, META_BC)
+        + 0.5 * mean_cloning_loss(theta, data, META_BC)
         for theta in (params, stepped)
     ]
     assert totals[1] < totals[0]

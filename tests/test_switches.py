@@ -41,6 +41,7 @@ CHANGES = {  # setting: another value, and the control where it is not CONTROL
     "w_rl": (0.5, CONTROL),
     "w_bc": (0.5, CONTROL),
     "meta_update": ("cloning-trpo", CONTROL),
+    "meta_w_bc": (0.5, dataclasses.replace(CONTROL, meta_update="rl-and-cloning-trpo")),
     "meta_momentum": (0.0, CONTROL),
     "meta_lr": (0.02, META_BC),
     "bc_reduction": ("sum", CONTROL),

@@ -146,21 +146,28 @@ class CloningTrpo(Trpo):
 
 
 class RlAndCloningTrpo(CloningTrpo):
-    """The surrogate on D^val plus the cloning loss after adaptation, by one step of TRPO.
+    """The surrogate on D^val plus ``weight`` times the cloning loss after adaptation, by one step of TRPO.
 
     Section 3 tried "the double use of the demonstration data [...] by adding an additional gradient
-    through a BC loss function". It names no weight; here each loss has weight 1.
+    through a BC loss function", and names no weight.
     """
 
+    def __init__(
+        self, theta: Params, region: TrustRegion, momentum: float = 0.0, weight: float = 1.0
+    ) -> None:
+        super().__init__(theta, region, momentum)
+        self.weight = weight
+
     def objective(self, theta: Params, parts: list[TaskData], rule: Adaptation) -> Objective:
-        """Return the sum of both means, its gradient, and the adapted policies."""
+        """Return the weighted sum of both means, its gradient, and the adapted policies."""
         rl = Trpo.objective(self, theta, parts, rule)
         cloning = super().objective(theta, parts, rule)
-        return Objective(rl.value + cloning.value, rl.gradient + cloning.gradient, rl.old)
+        value = rl.value + self.weight * cloning.value
+        return Objective(value, rl.gradient + self.weight * cloning.gradient, rl.old)
 
     def objective_and_kl(
         self, trial: Params, part: TaskData, old: Gaussian, rule: Adaptation
     ) -> tuple[float, float]:
-        """Return the exact sum of both losses and KL of a trial on a few tasks, each summed over them."""
+        """Return the exact weighted sum of both losses, and the KL, of a trial, each summed over tasks."""
         surrogate, kl = Trpo.objective_and_kl(self, trial, part, old, rule)
-        return surrogate + self.loss(trial, part, rule), kl
+        return surrogate + self.weight * self.loss(trial, part, rule), kl
