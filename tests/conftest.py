@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import jaxtyping
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import torch
@@ -15,6 +16,13 @@ from emrld_lite.envs import make
 from emrld_lite.rollout import Rollout
 
 BOOK = Path(__file__).resolve().parent.parent / "notebooks/book.py"
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Leave no figure of a test open for the next one."""
+    yield
+    plt.close("all")
 
 
 def without_time(curve):

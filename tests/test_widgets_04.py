@@ -18,12 +18,6 @@ from emrld_lite.validation import InputError
 FRACTIONS = (0.0, 0.1, 0.5, 0.9, 1.0)
 
 
-@pytest.fixture(autouse=True)
-def no_open_figures():
-    yield
-    plt.close("all")
-
-
 def controls_of(sliders, monkeypatch):
     """Return the controls that a function shows, by the name of the argument they move."""
     shown = {}

@@ -1,6 +1,5 @@
 """Notebook 05's pictures: one adaptation step on two quadratics, over the sliders' whole range."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import torch
@@ -12,12 +11,6 @@ from emrld_lite.validation import InputError
 
 ALPHAS = np.round(np.arange(0.0, one_step.LARGEST_ALPHA + 1e-9, 0.005), 3).tolist()
 THETAS = np.round(np.arange(-one_step.EDGE, one_step.EDGE + 1e-9, 0.5), 1).tolist()
-
-
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
 
 
 def meta_loss(theta, alpha):

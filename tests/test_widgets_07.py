@@ -19,12 +19,6 @@ from emrld_lite.rollout import episode_returns
 from emrld_lite.validation import InputError
 
 
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
-
-
 @pytest.mark.parametrize("number", [3, 4, 7, 20])
 @pytest.mark.parametrize("gap", [0.0, 2.0, 10.0])
 @pytest.mark.parametrize("spread", [0.5, 8.0])
