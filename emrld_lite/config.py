@@ -123,6 +123,11 @@ class TrainConfig:
         if self.started_episodes is not None:
             positive_count("started_episodes", self.started_episodes, minimum=self.episodes)
         real_number("meta_w_bc", self.meta_w_bc, minimum=0.0)
+        if self.meta_w_bc != 1.0 and self.meta_update != "rl-and-cloning-trpo":
+            raise InputError(
+                f"meta_w_bc: expected 1.0, got {self.meta_w_bc}: only the meta-update rl-and-cloning-trpo "
+                f"reads it, and this one is {self.meta_update or 'the algorithm’s own'}"
+            )
         real_number("meta_momentum", self.meta_momentum, 0.0, 0.99)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
         if self.stop_at_return is not None:

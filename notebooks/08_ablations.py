@@ -389,11 +389,12 @@ guess.reveal("elsewhere", "{}, and {} of {}".format(*lost.values(), len(gaps["un
 # %% [markdown]
 # ### RL in the meta-update, by a clean pair
 #
-# Is then all RL useless in EMRLD? It also makes the meta-update, and question 3 of your plan asked whether it matters there. Meta-BC against EMRLD cannot say: it changes the loss, the optimiser and the number of iterations. Training V of your list is clean, and was run: it adapts by cloning alone, as EMRLD with
-# $w_{\mathrm{rl}} = 0$ does, and its 200 updates are TRPO's, too, but lower the *cloning loss of the adapted policies* on the demonstrations, where EMRLD's lower the surrogate on $\mathcal D^{\mathrm{val}}$. Sigma is learned in one pair and fixed in the other; three seeds a side. Beside the returns stands how well the adapted policies copy: their cloning loss, per dimension of the action, on the goals of the training. With sigma fixed at 1
-# no policy can have less than $\tfrac12 \log 2\pi = 0.919$, a perfect copy's.
+# Is then all RL useless in EMRLD? It also makes the meta-update, and question 3 of your plan asked whether it matters there. Meta-BC against EMRLD cannot say: they differ in the loss, the optimiser, the number of iterations and more. R and V of your list differ in the loss of the update alone, and in the data that this loss reads. They were run on Point2D with optimal data, for 200 iterations and with three seeds each: both adapt by cloning alone, $w_{\mathrm{rl}} = 0$, and
+# both update by TRPO. R's update lowers the surrogate on $\mathcal D^{\mathrm{val}}$, V's the *cloning loss of the adapted policies* on the demonstrations. (Its KL bound is still measured on the states of $\mathcal D^{\mathrm{val}}$.) There is a pair with sigma learned and one with sigma fixed.
 #
-# **Predict first.** One side trains its policies to be good copies, the other to earn rewards. Which copies better, and which returns more?
+# Beside the returns stands how well the adapted policies copy on the goals of the training: their cloning loss, per dimension of the action, and the direction and the length of their mean actions beside the demonstrations'. With sigma fixed at 1 a perfect copy has a loss of $\tfrac12 \log 2\pi = 0.919$.
+#
+# **Predict first.** V trains its policies to be good copies, R to earn rewards. Which copies better, and which returns more?
 
 # %%
 options = [
@@ -402,45 +403,57 @@ options = [
     "RL copies better and returns more",
 ]
 guess.ask("pair", "in the clean pair", options)
+shown = demos.mask[:, 0].bool()  # (task, time)
+actions = demos.actions[:, 0][shown]  # (step, dim)
 
 
-# %%
-def copied(run):
-    """Return the cloning loss of a run's policies after adaptation, mean over the training goals."""
+def adapted_to(run):
+    """Return a run's policies after adaptation to the training goals, and the rule they adapted by."""
     stored = runs.load_run(run)
     rule, draws = stored.config.adaptation("optimal"), torch.Generator().manual_seed(0)
     trial = collect(stored.config.environment(), demos.tasks, stored.meta_params, 1, draws)
     adapted = adapt(stored.meta_params, stored.config.score()(trial), demos, rule)
-    return float(cloning_loss(adapted, demos, rule).mean())
+    return policy.detach(adapted), rule
 
 
-def stalled(run):
-    """Return in how many iterations of a run the meta-update found no step."""
-    return sum(
-        row.note.startswith("no step: the line") for row in runs.load_curve(run / "curve.csv")
-    )
+def copied(run):
+    """Return a run's loss, direction and length: how its adapted policies copy the demonstrations."""
+    adapted, rule = adapted_to(run)
+    means = policy.distribution(adapted, demos.states[:, 0]).mean[shown]  # (step, dim)
+    cosine = torch.cosine_similarity(means, actions, dim=-1).mean()
+    loss = cloning_loss(adapted, demos, rule).mean()
+    return float(loss), float(cosine), float(means.norm(dim=-1).mean())
+
+
+def failed(run):
+    """Return in how many iterations of a run the line search found no step."""
+    return sum("line search" in row.note for row in runs.load_curve(run / "curve.csv"))
 
 
 def describe(title, seeds):
     """Print by seed how well runs copy, what they return, and how often they took no step."""
-    rows = {"loss of the copy": ([copied(run) for run in seeds], "8.3f")}
+    losses, cosines, lengths = zip(*map(copied, seeds), strict=True)
+    rows = {"loss of the copy": (losses, "8.3f")}
+    rows["cosine with the demonstrations"] = cosines, "8.3f"
+    rows["length of the mean action"] = lengths, "8.2f"
     rows["training goals, iteration 200"] = training_scores(seeds, ABLATION_END), "8.1f"
     rows |= {what: (run_scores(seeds, 1, table=table), "8.1f") for what, table in UNSEEN}
-    rows["iterations without a step"] = [stalled(run) for run in seeds], "8"
+    rows["line search found no step"] = [failed(run) for run in seeds], "8"
     print(title)
     for what, (values, form) in rows.items():
         print(f"{what:>31}", *(format(value, form) for value in values))
-    return rows["loss of the copy"][0]
+    return losses
 
 
 # %% tags=["cloning-alone", "reveal"]
+print(f"demonstrations: mean length of an action {float(actions.norm(dim=-1).mean()):.2f}")
 for pair in CLONING_ALONE:
     by_cloning, by_rl = pair.runs(runs.SHIPPED)
-    worse = describe(f"RL by TRPO, {pair.title}", by_rl)
-    better = describe(f"cloning by TRPO, {pair.title}", by_cloning)
+    worse = describe(f"R: RL by TRPO, {pair.title}", by_rl)
+    better = describe(f"V: cloning by TRPO, {pair.title}", by_cloning)
     assert max(better) < min(worse)  # the better copies ...
     returned = pair.tested(runs.SHIPPED)
-    assert max(returned[0]) < min(returned[1])  # ... are the worse policies
+    assert max(returned[0]) < min(returned[1])  # ... return less
 meta_bc = seeds_of(runs.SHIPPED, "point2d-optimal-meta-bc")
 _ = describe("cloning by Adam, sigma fixed: Meta-BC of notebook 07, after 700 iterations", meta_bc)
 print()
@@ -448,10 +461,32 @@ _ = judge(CLONING_ALONE, UNSEEN)
 guess.reveal("pair", options[1])
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** The better copies are the worse policies, seed by seed. With sigma fixed the copies' loss is 0.92 by cloning, hardly more than a perfect copy's, and 4.32 by RL; on unseen goals they return 16.7 and 75.9. With sigma learned the losses are -0.55 and 0.58, the returns 9.1 and 79.0. So at 200 updates by TRPO a loss is shown, of 49.8 at least, and one of 4.4 at least where the adapted policies act by their mean.
+# **Measured.** Every policy that cloning trained here copies better than any that RL trained, and returns less. With sigma fixed the losses are 0.92 and 4.32, the returns on unseen goals 16.7 and 75.9; with sigma learned -0.55 and 0.58, and 9.1 and 79.0. In direction, too, cloning is nearer to the demonstrations, with a cosine of 0.999 against 0.995 at most. After 200 iterations a loss of return is shown, of 49.8 at least. Among those that clone it is the other way round: Meta-BC's copies are the best, and return most.
 #
-# **Measured.** Is the optimiser to blame? In part. TRPO's line search finds no step in up to 134 of the 200 iterations of a training that clones, and Adam gets more out of the same loss: Meta-BC returned 33.9 on its training goals after 200 iterations, and on unseen goals 49.8 after 700. By the mean action Meta-BC returns 79.4 then, as EMRLD without RL in its adaptation does, 79.0. So
-# against the best cloning that we have, what RL in the meta-update adds on Point2D is that an adapted policy earns its return with its noise on. That fits what each side looks at: cloning at the demonstrations' states, which a sampled action leaves at once, RL at the states of $\mathcal D^{\mathrm{val}}$, to which the adapted policies themselves get. (That this is the reason, these runs do not show.)
+# **Measured.** Is the optimiser to blame? In part, so this is no verdict on cloning as such. In five of V's six trainings the line search finds no step in 76 to 134 of the 200 iterations; the sixth still climbs, and has 73.8 by its mean action. And Adam gets more out of the same loss: Meta-BC returned 33.9 on its training goals after 200 iterations, and on unseen goals 49.8 after 700. By the mean action it then has 79.4, as much as R with sigma fixed, 79.0. So
+# against the best cloning that we have, what RL in the meta-update adds on Point2D is that an adapted policy earns its return with its noise on.
+#
+# **How does RL do that?** With sigma fixed the mean actions of R are about five long, where the demonstrations' are 1.9. The environment shortens either to a step of 0.1, so length costs nothing, and the longer the mean is, the less noise of deviation 1 turns the step. Cloning cannot learn this: it copies the length as well. Is it all? Here are the adapted policies with their mean actions made two and three times as long by hand:
+
+
+# %% tags=["louder", "nbval-ignore-output", "reveal"]
+def louder(run, factor):
+    """Return the return on the training goals with adapted mean actions ``factor`` times as long."""
+    adapted, _ = adapted_to(run)
+    longer = {n: p * factor if n in ("weight_2", "bias_2") else p for n, p in adapted.items()}
+    draws, environment = torch.Generator().manual_seed(1), runs.load_config(run).environment()
+    return float(collect(environment, demos.tasks, longer, 20, draws).rewards.sum(-1).mean())
+
+
+(v_runs, r_runs), gains = CLONING_ALONE[1].runs(runs.SHIPPED), {}
+for title, seeds in {"R": r_runs, "V": v_runs, "Meta-BC": meta_bc}.items():
+    returns = np.array([[louder(run, factor) for run in seeds] for factor in (1, 2, 3)])
+    gains[title] = returns[2].mean() - returns[0].mean()
+    print(f"{title:8} sigma fixed; once, twice, three times as long:", *returns.mean(1).round(1))
+assert gains["Meta-BC"] > 5 and abs(gains["R"]) < 5 and gains["V"] < 5
+
+# %% [markdown] tags=["reveal"]
+# For Meta-BC length is a good part of it: three times as long, its actions return about 15 more, over half of the way from 50 to R's 76 on these goals. V gains nothing, nor could it with sigma learned, where its noise is small already (about 0.2): its copies miss the goal for another reason, which these runs do not name.
 
 # %% [markdown]
 # ## 4 · How much of each (Fig. 7)
@@ -675,7 +710,7 @@ print(f"to see such a gap four times in five: {needed or 'more than 20'} seeds o
 # |---|---|---|
 # | cloning in the adaptation | **indispensable** | MAML, which differs in $w_{\mathrm{rl}}$ as well, is far behind in three environments, and not with changing dynamics (notebook 07) |
 # | RL in the adaptation | no loss that matters | TwoWheeled: EMRLD-WS loses something on unseen goals, at the edge of the interval; a loss that matters remains possible (section 3) |
-# | RL in the meta-update | **indispensable** for a policy that is sampled: cloning in its place leaves less than a quarter by TRPO, and about two thirds by Meta-BC's Adam. By the mean action Meta-BC does as well | Meta-BC, which differs in its optimiser as well, in three environments (notebook 07) |
+# | RL in the meta-update | **matters** for a policy that is sampled (optimal data alone were tried): cloning in its place leaves less than a quarter by TRPO, whose line search fails, and by Adam two fifths after 200 iterations, two thirds after 700. By the mean action Adam's copies do as well | Meta-BC, which differs in more, in three environments (notebook 07) |
 # | the warm start | quicker; at the end not distinguishable, with a third to three quarters of the iterations (notebook 07) | three environments |
 # | the meta-gradient's second order | **indispensable** | – |
 # | the network's start, normalised advantages | **matter**: otherwise some seeds are late or lost | two MAML seeds of three do as well from the released start (notebook 06) |
@@ -694,7 +729,7 @@ print(f"to see such a gap four times in five: {needed or 'more than 20'} seeds o
 # - Where $\mathcal D^{\mathrm{tr}}$ sees no reward, $w_{\mathrm{rl}}$ multiplies zero: that is a proof, and explains no more than it says.
 # - Your own experiment has a design, a prediction and a verdict, and a number of seeds that it would have needed.
 #
-# **Next** train on a grid of your own, or read `data/paper_ledger.toml`, in which every row of this notebook has its place.
+# **Next** train on a grid of your own, or read `data/paper_ledger.toml`, in which what the paper says of these parts has its place.
 
 # %% [markdown]
 # ## 7 · Why the average changes so little (further reading)

@@ -279,6 +279,9 @@ def test_a_meta_update_that_is_chosen_replaces_the_algorithm_s():
     assert "meta_update" in runs.differences(own, chosen)
     with pytest.raises(InputError, match="meta_update"):
         dataclasses.replace(own, meta_update="adam")
+    for setting in (None, "cloning-trpo"):  # nothing would read it
+        with pytest.raises(InputError, match=r"meta_w_bc: expected 1\.0, got 0\.1"):
+            dataclasses.replace(own, meta_update=setting, meta_w_bc=0.1)
 
 
 def test_a_policy_file_without_adam_s_memory_is_refused(tmp_path):

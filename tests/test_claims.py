@@ -8,6 +8,7 @@ taken away or changed fails here until its computation says the same.
 import re
 import tomllib
 from pathlib import Path
+from typing import NamedTuple
 
 import jupytext
 import numpy as np
@@ -431,26 +432,35 @@ def unseen_gap(pair, table=SAMPLED):
     return shift_interval(*pair.tested(SHIPPED, table))
 
 
+class Copy(NamedTuple):
+    """How well policies copy the demonstrations: cloning loss, and cosine of the mean actions."""
+
+    loss: float
+    cosine: float
+
+
 def copied(run):
-    """Return how well a run's policies copy after adaptation by cloning alone, as notebook 08 measures it."""
+    """Return how a run's policies copy after adaptation by cloning alone, as notebook 08 measures it."""
     demos, stored = load_demonstrations("optimal", "point2d"), load_run(run)
-    losses = []
-    for states, actions, counts in zip(demos.states, demos.actions, demos.mask.bool(), strict=True):
+    losses, cosines = [], []
+    for states, actions, mask in zip(demos.states, demos.actions, demos.mask.bool(), strict=True):
+        seen, taken = states[mask], actions[mask]  # (step, dim)
         theta = {name: value.requires_grad_() for name, value in detach(stored.meta_params).items()}
-        gradients = torch.autograd.grad(
-            copying_loss(theta, states[counts], actions[counts]), list(theta.values())
-        )
+        gradients = torch.autograd.grad(copying_loss(theta, seen, taken), list(theta.values()))
         adapted = {
             name: value.detach() - stored.config.adapt_lr * gradient
             for (name, value), gradient in zip(theta.items(), gradients, strict=True)
         }
-        losses.append(float(copying_loss(adapted, states[counts], actions[counts])))
-    return np.mean(losses)
+        losses.append(float(copying_loss(adapted, seen, taken)))
+        mean = distribution(adapted, seen).mean
+        products, lengths = (mean * taken).sum(-1), mean.norm(dim=-1) * taken.norm(dim=-1)
+        cosines += (products / lengths).tolist()
+    return Copy(np.mean(losses), np.mean(cosines))
 
 
 def copies_and_returns(pair):
     """Return how well either side of a pair copies, and what either returns on unseen tasks."""
-    copies = [np.mean([copied(run) for run in seeds]) for seeds in pair.runs(SHIPPED)]
+    copies = [np.mean([copied(run).loss for run in seeds]) for seeds in pair.runs(SHIPPED)]
     return [*copies, *(tested.mean() for tested in pair.tested(SHIPPED))]
 
 
@@ -680,6 +690,7 @@ def without_cloning():
 
 GOALS = PLACES[:2]
 TWO_WHEELED, TWO_WHEELED_WARM = WITHOUT_RL[2:4]
+CLONED = [run for pair in CLONING_ALONE for run in pair.runs(SHIPPED)[0]]
 MISLEADING, FIRST_TWENTY, SUMMED, FIXED_SIGMA, AS_PRINTED = WITHOUT_RL[4:]
 LEFT_OPEN = (TWO_WHEELED, TWO_WHEELED_WARM, FIRST_TWENTY)  # where a loss that matters is possible
 
@@ -822,11 +833,13 @@ CLAIMS = {
     "08#cloning-alone": lambda: [
         *copies_and_returns(CLONING_ALONE[1]),
         *copies_and_returns(CLONING_ALONE[0]),
+        min(copied(run).cosine for pair in CLONING_ALONE for run in pair.runs(SHIPPED)[0]),
+        max(copied(run).cosine for pair in CLONING_ALONE for run in pair.runs(SHIPPED)[1]),
         ABLATION_END,
         min(-unseen_gap(pair).high for pair in CLONING_ALONE),
-        min(-unseen_gap(pair, BY_MEAN).high for pair in CLONING_ALONE),
-        max(map(without_step, CLONING_ALONE[0].runs(SHIPPED)[0])),
+        *min_and_max([failed for run in CLONED if (failed := without_step(run))]),
         ABLATION_END,
+        max(run_scores(CLONED, 1, table=BY_MEAN)),
         training_scores(
             stored_seeds(SHIPPED, "point2d", "optimal")["meta-bc"], ABLATION_END
         ).mean(),
@@ -904,6 +917,7 @@ CLAIMS = {
         left("optimal", "w_bc = 0").mean(),
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
         *[side.mean() for pair in CLONING_ALONE for side in pair.tested(SHIPPED)],
+        *(scores("point2d", "optimal", "meta-bc").mean(), by_mean("optimal", "meta-bc")[0]),
     ],
     "README#Changing dynamics: two sentences of the paper decide": lambda: [
         *(drift("maml", 1), drift("emrld", 1), drift("maml", 0)),

@@ -306,6 +306,22 @@ def test_a_run_can_be_kept_without_its_learner_s_memory(tmp_path, straight, algo
         again.curve[3].return_after == straight[name][3].return_after
     )  # of the policy that was kept
     assert again.curve[3].kl != straight[name][3].kl  # the first update without the memory
+    facts = json.loads((tmp_path / name / "provenance.json").read_text())
+    assert facts["resumed"][-1] == {"from_iteration": 3, "memory": "fresh"}
+
+
+def test_a_damaged_run_is_named_and_the_others_forget(tmp_path):
+    grid = {
+        name: dataclasses.replace(config, iterations=1)
+        for name, config in load_grid(written(tmp_path, RUNS)).items()
+    }
+    for name, config in grid.items():
+        checkpoints.train_run(config, tmp_path / "out" / name)
+    first, second = grid
+    (tmp_path / "out" / first / "curve.csv").write_text("")
+    outcome = sweep(grid, tmp_path / "out", forget=True)  # all are there: nothing is trained
+    assert (outcome.made, list(outcome.failed)) == ([], [first])
+    assert runs.load_run(tmp_path / "out" / second).learner_state == {}
 
 
 def test_a_run_of_other_settings_is_not_taken_for_one_of_the_grid(tmp_path):

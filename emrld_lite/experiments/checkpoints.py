@@ -40,7 +40,8 @@ def train_run(
 
     A checkpoint is written after every ``checkpoint_every`` iterations, at the end, and when the run is
     interrupted. With ``resume``, a run that was stopped, even killed, goes on from its last
-    checkpoint to the same curve. ``command`` is what the provenance says made the run; by default
+    checkpoint to the same curve; one whose learner's memory was left out goes on with a fresh one, and
+    its provenance says so. ``command`` is what the provenance says made the run; by default
     this program's own. Raises InputError when ``out`` already holds a run that was not
     asked to resume, or one of another configuration.
     """
@@ -87,7 +88,8 @@ def _start(config: TrainConfig, out: Path, resume: bool, command: str | None) ->
     if begun:
         stored = stored_provenance(out)
         storage.clean_up(out, FILES)
-        written = resumption(stored, len(run.curve))
+        fresh = bool(run.curve) and not run.learner_state and _remembers(run)
+        written = resumption(stored, len(run.curve), fresh)
     else:
         stored, written = {}, provenance(command)
     if written != stored:
@@ -134,11 +136,16 @@ def save_checkpoint(out: Path, run: Run) -> None:
 def forget_memory(folder: Path) -> None:
     """Store a run's policy without what its learner remembers: a half to a third of the size.
 
-    A run that goes on from it begins with a fresh memory, so not as it would have.
+    A run that goes on from it begins with a fresh memory, so not as it would have; its provenance says so.
     """
     run = load_run(folder)
     if run.learner_state:
         _write_policy(folder, run._replace(learner_state={}))
+
+
+def _remembers(run: Run) -> bool:
+    """Return whether the run's learner has a memory; TRPO without momentum has none."""
+    return bool(run.config.learner(run.meta_params).state())
 
 
 def _write_policy(out: Path, run: Run) -> None:
@@ -152,6 +159,6 @@ def _write_policy(out: Path, run: Run) -> None:
     }
     if run.demonstrations is not None:
         facts["demonstrations"] = run.demonstrations
-    if not run.learner_state:
-        facts["memory"] = LEFT_OUT  # or there never was one
+    if not run.learner_state and _remembers(run):
+        facts["memory"] = LEFT_OUT
     storage.write_tensors(Path(out) / "policy.safetensors", tensors, facts)

@@ -28,7 +28,10 @@ PORTABLE = {
 Tried on two (cpu family 23, model 1, and cpu family 25, model 17). An Intel Xeon (cpu family 6, model 207)
 has other digits all the same: the KL of the first update differs by six parts in a million.
 """
-ALIKE = ("AMD EPYC, cpu family 23", "AMD EPYC, cpu family 25")  # as ``processor`` says them
+ALIKE = (
+    "cpu family 23, model 1,",
+    "cpu family 25, model 17,",
+)  # of AMD, as ``processor`` says them
 LOTS = {
     "own": {},
     "plain": {"ATEN_CPU_CAPABILITY": "default"},
@@ -110,11 +113,15 @@ def repeats_digits(made: Mapping[str, Any]) -> bool:
     """Return whether this machine was seen to repeat digits that were made with PORTABLE.
 
     ``made`` is the provenance of what is to be repeated. The versions of torch and numpy must be the same,
-    and both processors of the kinds that were tried; of others nothing is known.
+    and both processors must be of the two models that were tried; of others nothing is known.
     """
     here = {name: metadata.version(name) for name in ("torch", "numpy")}
-    same_versions = here.items() <= made["versions"].items()
-    return same_versions and all(one.startswith(ALIKE) for one in (made["processor"], processor()))
+    processors = (made.get("processor", ""), processor())
+    return (
+        made.get("variables") == PORTABLE
+        and here.items() <= made["versions"].items()
+        and all(one.startswith("AMD") and any(kind in one for kind in ALIKE) for one in processors)
+    )
 
 
 def provenance(command: str | None = None) -> dict[str, Any]:
@@ -143,10 +150,13 @@ def _commit() -> str:
     return git.stdout.strip() or "unknown"
 
 
-def resumption(stored: dict[str, Any], iteration: int) -> dict[str, Any]:
+def resumption(
+    stored: dict[str, Any], iteration: int, fresh_memory: bool = False
+) -> dict[str, Any]:
     """Return a run's provenance with what is other than at its start, where it goes on.
 
-    A provenance that was lost is begun anew, with the iteration from which it holds.
+    A provenance that was lost is begun anew, with the iteration from which it holds. ``fresh_memory``
+    says that the learner's memory had been left out.
     """
     here = provenance()
     if not stored:
@@ -155,6 +165,8 @@ def resumption(stored: dict[str, Any], iteration: int) -> dict[str, Any]:
     other = {
         fact: here[fact] for fact in here if fact != "command" and here[fact] != latest.get(fact)
     }
+    if fresh_memory:
+        other["memory"] = "fresh"
     if not other:
         return stored
     return {

@@ -13,7 +13,7 @@ import torch
 from .. import storage
 from ..config import TrainConfig
 from ..demonstrations import Demonstrations, load_demonstrations
-from ..learners import LEARNERS, RlAndCloningTrpo, Trpo
+from ..learners import LEARNERS, Trpo
 from ..policy import Params
 from ..train import Record
 from ..trpo import TrustRegion
@@ -163,8 +163,7 @@ def tensor_fingerprint(tensors: Params) -> str:
 def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
     """Return the names of the settings in which two runs differ.
 
-    TRPO's bound counts as it acts, its region and momentum only where TRPO makes the meta-update, and
-    cloning's weight beside RL only where both do.
+    TRPO's bound counts as it acts, its region and momentum only where TRPO makes the meta-update.
     """
     dim = one.environment().action_dim
 
@@ -175,11 +174,7 @@ def differences(one: TrainConfig, other: TrainConfig) -> list[str]:
         if not issubclass(learner, Trpo):
             region, momentum = TrustRegion(), 0.0
         return dataclasses.replace(
-            config,
-            meta_update=named,
-            meta_w_bc=config.meta_w_bc if learner is RlAndCloningTrpo else 1.0,
-            trust_region=region,
-            meta_momentum=momentum,
+            config, meta_update=named, trust_region=region, meta_momentum=momentum
         )
 
     one, other = as_it_acts(one), as_it_acts(other)

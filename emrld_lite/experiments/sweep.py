@@ -116,7 +116,10 @@ def sweep(
     failed = _make(missing, out, workers, scheduler, checkpoint_every, patience) if missing else {}
     made = [name for name in missing if name not in failed]
     for name in (*kept, *made) if forget else ():
-        forget_memory(out / name)
+        try:
+            forget_memory(out / name)
+        except InputError as error:  # damage to one run: the others are thinned, and it is named
+            failed[name] = str(error)
     return Outcome(made, kept, failed)
 
 

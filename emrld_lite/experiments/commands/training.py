@@ -84,7 +84,7 @@ def sweep(
         out: folder for the runs
         workers: local worker processes, by default one per core
         scheduler: address of a running Dask scheduler, such as tcp://host:8786
-        forget: keep finished runs without what their learner remembers, at a half to a third of the size
+        forget: leave out of finished runs what their learner remembers, half of a policy's file or more
     """
     from ..sweep import sweep as make_runs  # Dask is only needed here  # noqa: PLC0415
 
