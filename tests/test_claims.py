@@ -213,6 +213,12 @@ def better_data():
     return [cloned[0].estimate, cloned[1].estimate, guided[0].estimate]
 
 
+def correct_side(name, *places):
+    """Return the mean scores of HalfCheetah's runs that are paid in the correct direction only."""
+    seeds = seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{name}")
+    return [run_scores(seeds, 1, place.goal).mean() for place in places]
+
+
 def better_for_us(name):
     """Return the interval of what better data gain on HalfCheetah, mean over directions."""
     return shift_interval(*(at(BOTH_WAYS, quality, name) for quality in STEPS_SHOWN))
@@ -715,6 +721,14 @@ CLAIMS = {
     "07#wrong-way-unpunished": lambda: [
         np.mean([np.maximum(at(way, "optimal", name), 0) for way in (FORWARD, BACKWARD)])
         for name in ("gmps", "meta-bc", "emrld")
+    ],
+    "07#correct-side": lambda: [
+        *correct_side("emrld", FORWARD, BACKWARD),
+        *means("optimal", "emrld", places=[FORWARD, BACKWARD]),
+        *correct_side("gmps", FORWARD, BACKWARD),
+        *means("optimal", "gmps", places=[FORWARD, BACKWARD]),
+        *correct_side("emrld", BOTH_WAYS),
+        *correct_side("gmps", BOTH_WAYS),
     ],
     "07#warm-start-or-not": lambda: [
         end
