@@ -403,6 +403,8 @@ options = [
     "RL copies better and returns more",
 ]
 guess.ask("pair", "in the clean pair", options)
+
+# %%
 shown = demos.mask[:, 0].bool()  # (task, time)
 actions = demos.actions[:, 0][shown]  # (step, dim)
 
@@ -417,7 +419,7 @@ def adapted_to(run):
 
 
 def copied(run):
-    """Return a run's loss, direction and length: how its adapted policies copy the demonstrations."""
+    """Return how a run's adapted policies copy: their loss, direction and length."""
     adapted, rule = adapted_to(run)
     means = policy.distribution(adapted, demos.states[:, 0]).mean[shown]  # (step, dim)
     cosine = torch.cosine_similarity(means, actions, dim=-1).mean()
@@ -425,6 +427,7 @@ def copied(run):
     return float(loss), float(cosine), float(means.norm(dim=-1).mean())
 
 
+# %%
 def failed(run):
     """Return in how many iterations of a run the line search found no step."""
     return sum("line search" in row.note for row in runs.load_curve(run / "curve.csv"))
