@@ -489,7 +489,7 @@ for title, seeds in {"R": r_runs, "V": v_runs, "Meta-BC": meta_bc}.items():
 assert gains["Meta-BC"] > 5 and abs(gains["R"]) < 5 and gains["V"] < 5
 
 # %% [markdown] tags=["reveal"]
-# For Meta-BC length is a good part of it: three times as long, its actions return about 15 more, over half of the way from 50 to R's 76 on these goals. V gains nothing, nor could it with sigma learned, where its noise is small already (about 0.2): its copies miss the goal for another reason, which these runs do not name.
+# For Meta-BC length is a good part of it: three times as long, its actions return about 15 more, over half of the way from 50 to R's 76 on these goals. V gains nothing. And with sigma learned V's noise is small already, since a loss of -0.4 or less takes a sigma below 0.27 ($\log \sigma + 0.919$ is the least). So V's copies miss the goal for another reason, which these runs do not name.
 
 # %% [markdown]
 # ## 4 · How much of each (Fig. 7)
