@@ -48,6 +48,7 @@ from emrld_lite.experiments.studies import (
     ABLATION_END,
     CLONING_ALONE,
     CONTROL,
+    DOUBLE_USE,
     READINGS,
     SENSITIVITY_END,
     WEIGHTS,
@@ -863,6 +864,17 @@ CLAIMS = {
         by_mean("optimal", "meta-bc")[0],
         CLONING_ALONE[1].tested(SHIPPED, BY_MEAN)[1].mean(),
     ],
+    "08#double-use": lambda: [
+        *[side.mean() for side in DOUBLE_USE[0].tested(SHIPPED)],
+        *[pair.tested(SHIPPED)[0].mean() for pair in DOUBLE_USE[1:3]],
+        min(-unseen_gap(pair).high for pair in DOUBLE_USE[:3]),
+        lost_at_most(unseen_gap(DOUBLE_USE[3])),
+        *(70, *sorted(iterations_to(run, 70) for run in DOUBLE_USE[3].runs(SHIPPED)[0])),
+        sum(without_step(run) for run in DOUBLE_USE[2].runs(SHIPPED)[0]),
+        sum(load_config(run).iterations for run in DOUBLE_USE[2].runs(SHIPPED)[0]),
+        *[side.mean() for side in DOUBLE_USE[2].tested(SHIPPED, BY_MEAN)],
+        late_rise(DOUBLE_USE[2].runs(SHIPPED)[0], EARNED["point2d"], ABLATION_END),
+    ],
     "08#sensitivity-verdicts": lambda: [
         *(span("emrld", "w_rl"), largest_difference("emrld", "w_rl"), span("emrld-ws", "w_rl")),
         *(
@@ -932,6 +944,10 @@ CLAIMS = {
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
         *[side.mean() for pair in CLONING_ALONE for side in pair.tested(SHIPPED)],
         *(scores("point2d", "optimal", "meta-bc").mean(), by_mean("optimal", "meta-bc")[0]),
+        *[load_config(pair.runs(SHIPPED)[0][0]).meta_w_bc for pair in DOUBLE_USE[1:3]],
+        *[pair.tested(SHIPPED)[0].mean() for pair in DOUBLE_USE[1:3]],
+        load_config(DOUBLE_USE[3].runs(SHIPPED)[0][0]).meta_w_bc,
+        lost_at_most(unseen_gap(DOUBLE_USE[3])),
     ],
     "README#Changing dynamics: two sentences of the paper decide": lambda: [
         *(drift("maml", 1), drift("emrld", 1), drift("maml", 0)),
@@ -1163,6 +1179,13 @@ CLAIMS = {
         lost_at_most(gap_of(TWO_WHEELED)),
         *[-unseen_gap(TWO_WHEELED_WARM)[end] for end in (0, 2, 1)],
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
+    ],
+    "ledger#claim-double-use": lambda: [
+        ABLATION_END,
+        *[side.mean() for side in DOUBLE_USE[0].tested(SHIPPED)],
+        *[pair.tested(SHIPPED)[0].mean() for pair in DOUBLE_USE[1:3]],
+        *[load_config(pair.runs(SHIPPED)[0][0]).meta_w_bc for pair in DOUBLE_USE[1:]],
+        lost_at_most(unseen_gap(DOUBLE_USE[3])),
     ],
     "ledger#switches": lambda: [
         *(UNSEEN_TASKS, 100),

@@ -126,6 +126,18 @@ def test_a_pair_of_cloning_alone_differs_in_the_loss_of_the_meta_update(pair):
         assert (control.algorithm, control.meta_update) == ("emrld", None)  # None: RL by TRPO
 
 
+@pytest.mark.parametrize("pair", studies.DOUBLE_USE, ids=lambda pair: pair.changed)
+def test_a_pair_of_double_use_differs_in_the_meta_update_alone(pair):
+    for config, control in twins(pair):
+        differing = changed(config, control, pair.end(SHIPPED))
+        if config.meta_update == "cloning-trpo":
+            assert (pair.title, differing) == ("in place of D^val", ["meta_update"])
+        else:
+            assert pair.title == f"beside it, weight {config.meta_w_bc:g}"
+            assert config.meta_update == "rl-and-cloning-trpo"
+            assert set(differing) - {"meta_w_bc"} == {"meta_update"}
+
+
 def twins(pair):
     """Return the configuration of each changed run with that of the control of the same seed."""
     changed_runs, control_runs = pair.runs(SHIPPED)

@@ -135,6 +135,19 @@ CLONING_ALONE = (  # cloning in the meta-update, as in Meta-BC, in place of RL; 
     ),
 )
 
+_DOUBLE_USE = "ablation-point2d-optimal-emrld-"
+DOUBLE_USE = (
+    tuple(  # Section 3's "double use of the demonstration data": cloning in EMRLD's meta-update
+        Pair(title, "point2d", _DOUBLE_USE + changed, "point2d-optimal-emrld")
+        for title, changed in (
+            ("in place of D^val", "cloning-trpo"),
+            ("beside it, weight 1", "rl-and-cloning-trpo"),
+            ("beside it, weight 0.1", "rl-and-cloning-trpo-w_bc0.1"),
+            ("beside it, weight 0.01", "rl-and-cloning-trpo-w_bc0.01"),
+        )
+    )
+)
+
 
 def sensitivity_runs(folder: Path, algorithm: str, varied: str) -> dict[float, list[Path]]:
     """Return the runs of one panel of Fig. 7 by the weight ``varied``, w_rl or w_bc; the other is 1."""
