@@ -741,12 +741,12 @@ guess.reveal("suffers", ", ".join(f"{t}: {plotting.label(name)}" for t, (_, name
 # Here the goal is the same for all tasks, (2, 1), and what differs is a drift that turns the robot: its heading $\theta$ grows by $\omega_g$ per second on top of what the
 # policy asks for. The paper trains on nine drifts, and finds that "the EMRLD variants clearly outperform the others".
 #
-# **What differs from the paper.** It does not name its nine drifts; ours are spread evenly up to 0.8 radians per second. Two things can be read in two ways, so we ran both readings of each, with five seeds (as printed without Meta-BC and GMPS):
+# **What differs from the paper.** It does not name its nine drifts; ours are spread evenly up to 0.8 radians per second. Two things can be read in two ways, so we ran both readings of each, with five seeds:
 #
 # - *How the drift acts.* A step lasts $dT = 0.5$ s, so a rate turns the robot by $\omega_g\, dT$. The paper prints $\theta + \omega_g + \omega\, dT$: the same number turns it twice as far. (There our drifts reach 0.7 radians per step; from 0.75 on no steering could hold against them.)
 # - *What a policy sees.* Position and heading, as the robot has them, or position alone, as the paper's text says ($S \in \mathbb R^2$). The released code shows the heading in its TwoWheeled world; it has no drift, so which state the paper's runs had here we do not know.
 #
-# Meta-BC and GMPS run with the settings that a search in this environment chose on the training tasks; only GMPS without the heading takes what was chosen with it, since no setting returns more than 0.5 there. MAML has Table 1's values; without the momentum, which held it down on TwoWheeled, it is no better here (one seed in the search).
+# Meta-BC and GMPS run with the settings that a search in this environment, with the drift a rate, chose on the training tasks; only GMPS without the heading takes what was chosen with it, since no setting returns more than 0.5 there. MAML has Table 1's values; without the momentum, which held it down on TwoWheeled, it is no better here (one seed in the search).
 #
 # First a rate, with the heading seen. **Predict first.** Does a policy that *sees* its heading need to adapt at all? What share of MAML's return after one step is there before it?
 
@@ -793,7 +793,7 @@ figure = drift_figures.readings(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]
-# *Figure 9. Return on twenty unseen drifts by adaptation steps: left the drift as a rate, right as the paper prints it (without Meta-BC and GMPS), five seeds each; above with the heading in the state, below without. The grey lines are the demonstrations' returns.*
+# *Figure 9. Return on twenty unseen drifts by adaptation steps: left the drift as a rate, right as the paper prints it, five seeds each; above with the heading in the state, below without. The grey lines are the demonstrations' returns.*
 
 # %% tags=["reading-claims", "reveal"]
 after = {}
@@ -813,34 +813,27 @@ guess.reveal("headless", f"{blind['maml'] / blind['emrld-ws']:.0%}")
 # %% [markdown] tags=["reveal"]
 # **Measured.** With the heading hidden and the drift a rate **the claim holds for EMRLD-WS**: it has 41.1 after one step where MAML has 19.9, and is ahead by 1.5 to 37.1. EMRLD's 31.2 cannot be distinguished from MAML's, one of whose seeds has 47.4. Meta-BC is left with 4.0 (with sigma fixed and by its mean action with 0.0) and GMPS with 0.0. The curves of EMRLD, EMRLD-WS and MAML still
 # climb after 150 iterations, by 6 %, 18 % and 36 % of their level, so this is a comparison at a budget.
-# **With the drift as printed it holds for both variants, in both states.** With the heading EMRLD and EMRLD-WS have 74.3 and 74.4 and MAML 69.1, whose worst drift earns at most 45.1; without it the three have 25.4, 31.6 and 1.4, and the variants are ahead by at least 2.7 and 5.3. The paper's formula and the paper's state together come nearest to the paper's picture: MAML fails with every seed, and of either variant four seeds of five adapt. One of each hardly does, and both curves still climb, by about a fifth.
+# **With the drift as printed it holds for both variants, in both states.** With the heading EMRLD and EMRLD-WS have 74.3 and 74.4 and MAML 69.1, whose worst drift earns at most 45.1; without it the three have 25.4, 31.6 and 1.4, and the variants are ahead by at least 2.7 and 5.3. The paper's formula and the paper's state together come nearest to the paper's picture: MAML fails with every seed, and of either variant four seeds of five adapt. One of each hardly does, and both curves still climb, by about a fifth. Sampled, Meta-BC and GMPS fail there as well, with 25.5 and 1.4 with the heading and 6.1 and 0.4 without it. (On the training tasks no other setting of Meta-BC ends above 21.3, or 11.8 without the heading; search, one seed. Halfway through the training its five seeds had up to 52.0 over ten iterations, and lost it again.)
 #
 # But what they reach without the heading is a fraction of what the demonstrations earn. Is it the adaptation that fails, or the policy's own noise? Each drawn action turns the robot a little, a policy without the heading does not see it, and the turns add up. So here are the same policies, before the step and after it, acting by their mean:
 
-# %% tags=["blind-by-the-mean", "reveal", "tolerance:0.1", "tolerance:abs=4"]
-seeds = stored_seeds(runs.SHIPPED, READINGS[2].runs, "optimal")
+# %% tags=["blind-by-the-mean", "reveal"]
 by_mean = {}
-for name in (*OURS, "maml"):
-    found = []
-    for run in map(runs.load_run, seeds[name]):
-        shown, world = testing_demonstrations(run), run.config.environment()
-        policies = map(without_noise, evaluate_run(run, shown, steps=1).policies)
-        rollouts = [collect(world, shown.tasks, acts, 1, torch.Generator()) for acts in policies]
-        found.append([float(episode_returns(rollout).mean()) for rollout in rollouts])
-    by_mean[name] = np.array(found)  # (seed, step)
-    cells = [f"{worst_to_best(by_mean[name][:, step]):5.1f}" for step in (0, 1)]
-    print(f"{plotting.label(name):9} by the mean action: before {cells[0]}   one step {cells[1]}")
-for name in OURS:
-    gap = judge(by_mean[name][:, 1], by_mean["maml"][:, 1])
-    print(f"{plotting.label(name):9} less MAML: {gap:+5.1f}   {verdict(gap)}")
-gains = {name: (table[:, 1] - table[:, 0]).mean() for name, table in by_mean.items()}
-assert gains["emrld-ws"] > 30 and gains["emrld"] > 20 and gains["maml"] < 10
+for reading in READINGS:
+    print(reading.title + ", by the mean action")
+    for name, folders in stored_seeds(runs.SHIPPED, reading.runs, "optimal").items():
+        before, one_step = (run_scores(folders, step, table=BY_MEAN) for step in (0, 1))
+        by_mean[reading, name] = one_step
+        line = f"  {plotting.label(name):9} before {worst_to_best(before):5.1f}"
+        print(f"{line:38} one step {worst_to_best(one_step):5.1f}")
+    for name in OURS:
+        gap = judge(by_mean[reading, name], by_mean[reading, "maml"])
+        print(f"  {plotting.label(name):9} less MAML: {gap:+5.1f}   {verdict(gap)}")
 
 # %% [markdown] tags=["reveal"]
-# So the step does what it should, and the noise hides more than a third of what it gains. Acting by their means, the adapted policies of EMRLD-WS earn about 60 and those of EMRLD nearly 50, from about 10 before the step, and by this score both are ahead of MAML. MAML's step gains next to nothing, with the seeds that meet few rewards and with the one that meets many. Why, these runs do not say. That one
-# seed has found a policy that copes with most drifts without adapting.
+# **Measured.** So the step does what it should, and the noise hides a good part of what it gains. With the heading hidden and the drift a rate EMRLD has 48.3 by the mean action and EMRLD-WS 61.8, from 9.6 and 10.8 before the step; MAML's step gains next to nothing, 25.3 from 23.4, and one seed of it has 57.9, a policy that copes with most drifts without adapting. By this score both variants are ahead of MAML in three of the four readings: by at least 5.1 and 9.6 here, by 8.8 and 3.9 as printed without the heading, and by 0.2 and 0.3 with it, where little is left to gain. In the fourth, the heading seen and the drift a rate, a lead of EMRLD of more than 0.4 is excluded. And where the heading is seen, Meta-BC needs no RL by this score: 45.6 and 38.4 with its sigma learned, but 74.4 and 74.5 with sigma fixed (search, one seed). Without the heading it has 3.3 and 3.6, and 1.5 at most with sigma fixed.
 #
-# **The verdict, then, depends on two sentences of the paper.** With the heading in the state and a drift that is a rate there is nothing to adapt to, and MAML is as good as EMRLD. Take away the heading, and EMRLD-WS is ahead; let the drift act as printed, and both variants are.
+# **The verdict, then, depends on two sentences of the paper.** With the heading in the state and a drift that is a rate there is nothing to adapt to, and MAML is as good as EMRLD. Take away the heading, and EMRLD-WS is ahead, by the mean action EMRLD as well; let the drift act as printed, and both variants are.
 
 # %% [markdown]
 # **Turn the drift yourself.** The same stored policies (seed 0), the drift a rate, each value of the slider shown by one demonstration. Which algorithms does the adaptation step change, and at which drifts? Then hide the heading.

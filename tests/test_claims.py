@@ -124,10 +124,10 @@ WINDOW = 10  # iterations over which a late return is a mean
 SEARCH_END = 20  # the same, for the baselines' search
 
 
-def scores(env, quality, name, step=None, goal=None):
+def scores(env, quality, name, step=None, goal=None, table=SAMPLED):
     """Return the score of each seed on test tasks, by default after the steps the paper shows."""
     seeds = stored_seeds(SHIPPED, env, quality)[name]
-    return run_scores(seeds, STEPS_SHOWN[quality] if step is None else step, goal)
+    return run_scores(seeds, STEPS_SHOWN[quality] if step is None else step, goal, table)
 
 
 def at(place, quality, name, step=1):
@@ -311,17 +311,18 @@ def broken_down():
 
 
 SEEN, SEEN_LITERAL, HIDDEN, HIDDEN_LITERAL = (reading.runs for reading in READINGS)
+PRINTED = (SEEN_LITERAL, HIDDEN_LITERAL)
 DRIVEN_DRIFTS = (-0.8, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 0.8)  # on the robot
 
 
-def drift(name, step, reading=SEEN):
+def drift(name, step, reading=SEEN, table=SAMPLED):
     """Return the mean score with changing dynamics, in one reading of the experiment."""
-    return scores(reading, "optimal", name, step).mean()
+    return scores(reading, "optimal", name, step, table=table).mean()
 
 
-def drift_lead(name, reading=SEEN):
+def drift_lead(name, reading=SEEN, table=SAMPLED):
     """Return the interval of one of our variants less MAML after one step, with changing dynamics."""
-    return shift_interval(*(scores(reading, "optimal", side) for side in (name, "maml")))
+    return shift_interval(*(scores(reading, "optimal", n, table=table) for n in (name, "maml")))
 
 
 def climbs(reading, *names):
@@ -338,7 +339,7 @@ def cloned_by_the_mean(reading):
 
 def readings():
     """Return what 07 says of the experiment without the heading, and with the drift as printed."""
-    printed = stored_seeds(SHIPPED, SEEN_LITERAL, "optimal")["maml"]
+    printed = stored_seeds(SHIPPED, SEEN_LITERAL, "optimal")
     return [
         *[drift(name, 1, HIDDEN) for name in ("emrld-ws", "maml")],
         *drift_lead("emrld-ws", HIDDEN)[1:],
@@ -350,9 +351,29 @@ def readings():
         iterations(HIDDEN, "optimal"),
         *climbs(HIDDEN, *OURS, "maml"),
         *[drift(name, 1, SEEN_LITERAL) for name in (*OURS, "maml")],
-        task_scores(printed, 1).min(1).max(),
+        task_scores(printed["maml"], 1).min(1).max(),
         *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
         *[drift_lead(name, HIDDEN_LITERAL).low for name in OURS],
+        *[drift(name, 1, SEEN_LITERAL) for name in ("meta-bc", "gmps")],
+        *[drift(name, 1, HIDDEN_LITERAL) for name in ("meta-bc", "gmps")],
+        *[max(searched(f"{reading}-optimal-meta-bc", "*")) for reading in PRINTED],
+        max(best_and_last(run)[0] for run in printed["meta-bc"]),
+    ]
+
+
+def readings_by_the_mean():
+    """Return what 07 says of the four readings where the policies act by their mean action."""
+    cloned = [(SEEN, SEEN_LITERAL), (HIDDEN, HIDDEN_LITERAL)]
+    return [
+        *[drift(name, step, HIDDEN, BY_MEAN) for step in (1, 0) for name in OURS],
+        *[drift("maml", step, HIDDEN, BY_MEAN) for step in (1, 0)],
+        scores(HIDDEN, "optimal", "maml", table=BY_MEAN).max(),
+        *[drift_lead(n, r, BY_MEAN).low for r in (HIDDEN, *PRINTED[::-1]) for n in OURS],
+        drift_lead("emrld", SEEN, BY_MEAN).high,
+        *[drift("meta-bc", 1, reading, BY_MEAN) for reading in cloned[0]],
+        *map(cloned_by_the_mean, cloned[0]),
+        *[drift("meta-bc", 1, reading, BY_MEAN) for reading in cloned[1]],
+        max(map(cloned_by_the_mean, cloned[1])),
     ]
 
 
@@ -809,6 +830,7 @@ CLAIMS = {
         cloned_by_the_mean(SEEN),
     ],
     "07#reading-claims": readings,
+    "07#blind-by-the-mean": readings_by_the_mean,
     "07#flattened": lambda: [
         FLAT,
         max(rises((*OURS, "meta-bc"), PLENTIFUL) + drift_rises()),
@@ -1129,6 +1151,9 @@ CLAIMS = {
         *drift_lead("emrld", HIDDEN)[1:],
         *[drift(name, 1, SEEN_LITERAL) for name in (*OURS, "maml")],
         *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
+        *[drift(name, 1, reading) for name in ("meta-bc", "gmps") for reading in PRINTED],
+        *[drift_lead(name, HIDDEN, BY_MEAN).low for name in OURS],
+        *map(cloned_by_the_mean, (SEEN, SEEN_LITERAL)),
         *[
             end
             for reading in (SEEN, HIDDEN, HIDDEN_LITERAL)
