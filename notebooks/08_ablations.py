@@ -51,6 +51,7 @@ from emrld_lite.experiments.results import (
     run_scores,
     seeds_of,
     training_scores,
+    updates_without_step,
 )
 from emrld_lite.experiments.studies import (
     ABLATION_END,
@@ -429,11 +430,6 @@ def copied(run):
 
 
 # %%
-def failed(run):
-    """Return in how many iterations of a run the line search found no step."""
-    return sum("line search" in row.note for row in runs.load_curve(run / "curve.csv"))
-
-
 def describe(title, seeds):
     """Print by seed how well runs copy, what they return, and how often they took no step."""
     losses, cosines, lengths = zip(*map(copied, seeds), strict=True)
@@ -442,7 +438,7 @@ def describe(title, seeds):
     rows["length of the mean action"] = lengths, "8.2f"
     rows["training goals, iteration 200"] = training_scores(seeds, ABLATION_END), "8.1f"
     rows |= {what: (run_scores(seeds, 1, table=table), "8.1f") for what, table in UNSEEN}
-    rows["line search found no step"] = [failed(run) for run in seeds], "8"
+    rows["line search found no step"] = [updates_without_step(run) for run in seeds], "8"
     print(title)
     for what, (values, form) in rows.items():
         print(f"{what:>31}", *(format(value, form) for value in values))
@@ -506,7 +502,7 @@ guess.ask("twice", "a loss is shown", options)
 # %% tags=["double-use", "reveal"]
 twice = judge(DOUBLE_USE, UNSEEN)["unseen tasks"]
 for pair in DOUBLE_USE:
-    none_found = [failed(run) for run in pair.runs(runs.SHIPPED)[0]]
+    none_found = [updates_without_step(run) for run in pair.runs(runs.SHIPPED)[0]]
     print(
         f"{pair.title}: the line search found no step in {none_found} of {ABLATION_END} iterations"
     )

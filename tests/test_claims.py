@@ -40,6 +40,7 @@ from emrld_lite.experiments.results import (
     stored_seeds,
     task_scores,
     training_scores,
+    updates_without_step,
 )
 from emrld_lite.experiments.robot_figures import sweep_of
 from emrld_lite.experiments.robot_study import AFTER, BEFORE, TRIAL, controller_name, load_study
@@ -196,10 +197,8 @@ def peaks_and_ends(env, name):
 
 def most_without_a_step(env, name):
     """Return in how many iterations one seed took no step, the worst, and of how many."""
-    curves = [
-        load_curve(seed / "curve.csv") for seed in stored_seeds(SHIPPED, env, "optimal")[name]
-    ]
-    return max((sum("no step" in row.note for row in curve), len(curve)) for curve in curves)
+    seeds = stored_seeds(SHIPPED, env, "optimal")[name]
+    return max((updates_without_step(run), load_config(run).iterations) for run in seeds)
 
 
 def restricted(name):
@@ -490,11 +489,6 @@ def copies_and_returns(pair):
     """Return how well either side of a pair copies, and what either returns on unseen tasks."""
     copies = [np.mean([copied(run).loss for run in seeds]) for seeds in pair.runs(SHIPPED)]
     return [*copies, *(tested.mean() for tested in pair.tested(SHIPPED))]
-
-
-def without_step(run):
-    """Return in how many iterations the line search of a run found no step."""
-    return sum("line search" in row.note for row in load_curve(run / "curve.csv"))
 
 
 def copying_loss(theta, states, actions):
@@ -874,7 +868,7 @@ CLAIMS = {
         max(copied(run).cosine for pair in CLONING_ALONE for run in pair.runs(SHIPPED)[1]),
         ABLATION_END,
         min(-unseen_gap(pair).high for pair in CLONING_ALONE),
-        *min_and_max([failed for run in CLONED if (failed := without_step(run))]),
+        *min_and_max([failed for run in CLONED if (failed := updates_without_step(run))]),
         ABLATION_END,
         max(run_scores(CLONED, 1, table=BY_MEAN)),
         training_scores(
@@ -892,7 +886,7 @@ CLAIMS = {
         min(-unseen_gap(pair).high for pair in DOUBLE_USE[:3]),
         lost_at_most(unseen_gap(DOUBLE_USE[3])),
         *(70, *sorted(iterations_to(run, 70) for run in DOUBLE_USE[3].runs(SHIPPED)[0])),
-        sum(without_step(run) for run in DOUBLE_USE[2].runs(SHIPPED)[0]),
+        sum(updates_without_step(run) for run in DOUBLE_USE[2].runs(SHIPPED)[0]),
         sum(load_config(run).iterations for run in DOUBLE_USE[2].runs(SHIPPED)[0]),
         *[side.mean() for side in DOUBLE_USE[2].tested(SHIPPED, BY_MEAN)],
         late_rise(DOUBLE_USE[2].runs(SHIPPED)[0], EARNED["point2d"], ABLATION_END),

@@ -193,6 +193,13 @@ def test_the_best_and_the_last_mean_by_a_plain_loop():
     assert results.best_and_last(folder) == pytest.approx((max(means), means[-1]))
 
 
+def test_an_update_takes_no_step_once_every_trial_is_refused():
+    (folder, *_) = results.seeds_of(runs.SHIPPED, "ablation-point2d-optimal-meta-bc-cloning-trpo")
+    halved = [row.backtracks for row in runs.load_curve(folder / "curve.csv")]
+    refused = runs.load_config(folder).trust_region.backtracks
+    assert results.updates_without_step(folder) == halved.count(refused) > 0
+
+
 def test_more_goals_help_meta_bc_on_unseen_ones_and_more_paths_of_the_same_do_not():
     few = results.seeds_of(runs.SHIPPED, "point2d-optimal-meta-bc")
     paths = results.seeds_of(runs.SHIPPED, "point2d-meta-bc-paths")

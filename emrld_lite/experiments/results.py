@@ -157,6 +157,11 @@ def largest_fall(run: Path, window: int = 10) -> float:
     return float((np.maximum.accumulate(smooth) - smooth).max() / smooth.max())
 
 
+def updates_without_step(run: Path) -> int:
+    """Return in how many meta-iterations of a run TRPO took no step: a zero gradient, or no trial passed."""
+    return sum("no step" in row.note for row in load_curve(run / "curve.csv"))
+
+
 def best_and_last(run: Path, window: int = 10) -> tuple[float, float]:
     """Return the best mean return after adaptation over ``window`` iterations, and the last."""
     smooth = _smoothed(run, window)
