@@ -16,6 +16,7 @@ import pytest
 import torch
 from distributed import Client
 from distributed.security import Security
+from filelock import FileLock
 
 from emrld_lite import storage
 from emrld_lite.__main__ import main
@@ -322,6 +323,20 @@ def test_a_damaged_run_is_named_and_the_others_forget(tmp_path):
     outcome = sweep(grid, tmp_path / "out", forget=True)  # all are there: nothing is trained
     assert (outcome.made, list(outcome.failed)) == ([], [first])
     assert runs.load_run(tmp_path / "out" / second).learner_state == {}
+
+
+def test_a_run_is_not_thinned_while_another_sweep_writes_it(tmp_path):
+    name, config = next(iter(load_grid(written(tmp_path, RUNS)).items()))
+    grid = {name: dataclasses.replace(config, iterations=1)}
+    checkpoints.train_run(grid[name], tmp_path / name)
+    with FileLock(f"{partial_folder(tmp_path / name)}.lock"):  # as the other sweep holds it
+        thinning = threading.Thread(target=sweep, args=(grid, tmp_path), kwargs={"forget": True})
+        thinning.start()
+        thinning.join(0.5)
+        assert thinning.is_alive()
+        assert runs.load_run(tmp_path / name).learner_state
+    thinning.join(30)
+    assert not runs.load_run(tmp_path / name).learner_state
 
 
 def test_a_run_of_other_settings_is_not_taken_for_one_of_the_grid(tmp_path):

@@ -66,7 +66,7 @@ def make_run(config: TrainConfig, folder: str, checkpoint_every: int = CHECKPOIN
     place = Path(folder)
     grown = partial_folder(place)
     place.parent.mkdir(parents=True, exist_ok=True)
-    with FileLock(f"{grown}.lock"):
+    with _held(place):
         if place.exists() and is_shorter(place, config):
             os.replace(place, grown)
         if not place.exists():
@@ -78,8 +78,16 @@ def make_run(config: TrainConfig, folder: str, checkpoint_every: int = CHECKPOIN
             shown = testing_demonstrations(run)
             write_evaluation(grown / "unseen.csv", shown, evaluate_run(run, shown))
             os.replace(grown, place)
-        Path(f"{grown}.lock").unlink(missing_ok=True)
     return place.name
+
+
+@contextmanager
+def _held(place: Path) -> Iterator[None]:
+    """Keep other sweeps from the run whose finished folder is ``place`` while this one writes there."""
+    lock = Path(f"{partial_folder(place)}.lock")
+    with FileLock(lock):
+        yield
+        lock.unlink(missing_ok=True)
 
 
 def sweep(
@@ -116,10 +124,13 @@ def sweep(
     failed = _make(missing, out, workers, scheduler, checkpoint_every, patience) if missing else {}
     made = [name for name in missing if name not in failed]
     for name in (*kept, *made) if forget else ():
-        try:
-            forget_memory(out / name)
-        except InputError as error:  # damage to one run: the others are thinned, and it is named
-            failed[name] = str(error)
+        with _held(out / name):
+            try:
+                forget_memory(out / name)
+            except (
+                InputError
+            ) as error:  # damage to one run: the others are thinned, and it is named
+                failed[name] = str(error)
     return Outcome(made, kept, failed)
 
 
