@@ -306,6 +306,8 @@ plt.show()
 # Section 4.2: the meta-policies were trained on nine drifts, all in the kinematic world. On the robot the drift is $-0.65$ rad/s, which no training had. The meta-policy drives **five trajectories**. With these and **one demonstration from simulation** it takes
 # **one adaptation step**. Then the adapted policy drives.
 #
+# **What differs from the paper.** The robot is a model, not the real one; the demonstration is made under the robot's drift; the drift is a rate, where the paper prints an angle per step; and our policies see their heading, or their position alone as in the paper's text. A table before the paper's claims has the rest.
+#
 # ### Exercise 3 · One adaptation on a robot
 #
 # *Difficulty 2 of 3, planned for 8 minutes.* Put the experiment together for any of the five algorithms. `drive(params, trajectories)` lets the robot drive and returns the trajectories, `score(trajectories)` adds their advantages, `rule` is the algorithm's adaptation.
