@@ -25,7 +25,7 @@
 # - read whether a curve has ended its rise, and whether a training has broken down.
 #
 # **You need** notebooks 05 (MAML, Meta-BC, GMPS) and 06 (EMRLD). **Time** The core, sections 1 to 6, is planned for 94 minutes, of which the
-# machine computes less than one; sections 7 to 10 are further reading, planned for 37. **Paper** Section 4 (experiments), Figs. 3 to 6, of
+# machine computes less than one; sections 7 to 11 are further reading, planned for 45. **Paper** Section 4 (experiments), Figs. 3 to 6, of
 # Rengarajan et al., NeurIPS 2022.
 
 # %%
@@ -39,6 +39,8 @@ import numpy as np
 import torch
 from IPython.display import display
 
+from emrld_lite import losses, policy
+from emrld_lite.adapt import adapt
 from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.classroom import checks as check
 from emrld_lite.classroom import few_seeds
@@ -83,6 +85,7 @@ from emrld_lite.experiments.results import (
     training_scores,
 )
 from emrld_lite.experiments.studies import READINGS
+from emrld_lite.learners.base import TaskData
 from emrld_lite.policy import without_noise
 from emrld_lite.rollout import collect, episode_returns
 from emrld_lite.storage import read_json
@@ -105,6 +108,7 @@ clock = Clock(
         "the later steps": 8,
         "all environments at once": 7,
         "one run again": 10,
+        "why gmps breaks down": 8,
     },
 )
 OURS, BASELINES = ("emrld", "emrld-ws"), ("maml", "meta-bc", "gmps")
@@ -917,15 +921,15 @@ def rises(seeds, earned):
 
 
 print("rise of the mean over seeds, as a share of its level (and of the seeds one by one)")
-print(f"{'':38}{'optimal':<25}sub-optimal")
+print(f"{'':43}{'optimal':<25}sub-optimal")
 for env, title in TITLES.items():
     for name in ALGORITHMS:
         stored = [stored_seeds(runs.SHIPPED, env, quality)[name] for quality in STEPS_SHOWN]
         line = "".join(rises(seeds, EARNED[env]) for seeds in stored)
-        print(f"{title:28}{plotting.label(name):9}{line}")
+        print(f"{title:33}{plotting.label(name):9}{line}")
 for reading in READINGS:
     for name, seeds in stored_seeds(runs.SHIPPED, reading.runs, "optimal").items():
-        print(f"{reading.title:28}{plotting.label(name):9}{rises(seeds, EARNED[reading.env])}")
+        print(f"{reading.title:33}{plotting.label(name):9}{rises(seeds, EARNED[reading.env])}")
 print(f"* climbing: more than {FLAT:.0%}")
 
 # %% [markdown] tags=["reveal"]
@@ -979,7 +983,7 @@ guess.reveal("broke", ", ".join(dict.fromkeys(above)) or "none")
 # **Measured.** Only GMPS and Meta-BC have such updates. GMPS's are 517 of 750 on Point2D with sub-optimal data and 165 of 750 on TwoWheeled with optimal data; the other four have 32 at most. Meta-BC's are 638 of 3500 and 111 of 1500 on HalfCheetah, and 9 on TwoWheeled; at Table 1's values, with sigma learned, they were 118 of 300 there (the search's one seed). With changing dynamics GMPS has up to 182 of 750 and Meta-BC up to 48 of 1500. TRPO has a
 # fault of its own: it may find no step at all. One seed of EMRLD on TwoWheeled found none in 89 of its 300 iterations, and its final policy is that of the middle of its training; the same seed loses what it has with a second adaptation step (Figure 5).
 #
-# So some of these trainings *broke down*, which is more than the paper's "little data"; though by this rule all ten of Meta-BC's trainings on HalfCheetah did, of which nine went on learning, and one lost all that it had. Is the divergence then the *reason* of the failure? On the goal-reaching environments not for Meta-BC: with sigma fixed its training on Point2D stays in bounds with every seed, and sampled it still earns far less than EMRLD. Its sigma of 1 keeps that return down: by its mean action it has all (section 2), and twenty times as many goals, with noise in their paths, bring much less (notebook 05). For GMPS the question is open: at a fifth of Adam's rate it stays in bounds and earns no more, but it learns more slowly then, too (README has the numbers of the search).
+# So some of these trainings *broke down*, which is more than the paper's "little data"; though by this rule all ten of Meta-BC's trainings on HalfCheetah did, of which nine went on learning, and one lost all that it had. Is the divergence then the *reason* of the failure? On the goal-reaching environments not for Meta-BC: with sigma fixed its training on Point2D stays in bounds with every seed, and sampled it still earns far less than EMRLD. Its sigma of 1 keeps that return down: by its mean action it has all (section 2), and twenty times as many goals, with noise in their paths, bring much less (notebook 05). Nor for GMPS, as far as these runs show: kept in bounds it earns no more. Section 11 looks for what breaks it.
 
 # %% [markdown]
 # ## 6 · The paper's claims
@@ -1281,6 +1285,77 @@ guess.reveal("digits", f"{sum(one == other for one, other in pairs)}, on the mac
 # %% [markdown] tags=["reveal"]
 # On the two models of AMD EPYC that were tried, with the same versions of torch and numpy, all eight agree in every digit. The variables promise as much for every x86 processor, and do not keep it: on an Intel Xeon the return of the first iteration agrees in every digit, but the KL of its update differs by six parts in a million, and
 # from the fifth iteration on the curves have parted. What agrees everywhere is the beginning, to a per cent, since all random numbers are the same.
+
+# %% [markdown]
+# ## 11 · Why GMPS breaks down (further reading)
+#
+# GMPS adapts by RL and clones in the meta-update: Adam lowers the cloning loss of the *adapted* policies, and its gradient goes through the adaptation step. That step is short ($\alpha$ times a gradient of few rewards), yet after it twelve different demonstrations should be likely. Here are its trainings on Point2D with sub-optimal data, as they ended, with Adam's memory. They make one more update, and we look at the tasks one by one: how far does it move the adapted policy where the RL step did something, and where no reward was seen?
+#
+# **Predict first.** Take the mean KL of the tasks with a step, and divide it by that of the tasks without one. What is the ratio, in the median over the five seeds?
+
+# %%
+clock.at("why gmps breaks down")
+guess.ask("ratio", "KL of tasks with an RL step, as a multiple of that without")
+
+
+# %%
+def one_more_update(run):
+    """Return, by task, the length of the RL step and the KL by which one more update moves its result."""
+    config, demos = run.config, run.load_demonstrations()
+    world, score, rule = config.environment(), config.score(), config.adaptation(demos.quality)
+    draws, theta = torch.Generator().manual_seed(0), run.meta_params
+    trial = score(collect(world, demos.tasks, theta, 20, draws))
+    adapted = adapt(theta, trial, demos, rule)
+    after = score(collect(world, demos.tasks, adapted, 20, draws))
+    learner = config.learner(theta)
+    learner.load(run.learner_state)
+    updated, _ = learner.update(theta, TaskData(trial, after, demos), rule, draws)
+    policies = [
+        policy.distribution(p, after.states) for p in (adapted, adapt(updated, trial, demos, rule))
+    ]
+    moved = losses.task_mean(policy.kl_divergence(*policies), after.mask)
+    step = torch.cat([(adapted[name] - theta[name]).flatten(1) for name in theta], 1)
+    return step.norm(dim=1), moved
+
+
+# %% tags=["gmps-one-more-update", "nbval-ignore-output", "reveal"]
+ratios = {}
+for title, name in {"second order": "gmps", "first order": "gmps-first-order"}.items():
+    for run in map(runs.load_run, seeds_of(runs.SHIPPED, f"point2d-suboptimal-{name}")):
+        length, moved = one_more_update(run)
+        with_step, without = (float(moved[chosen].mean()) for chosen in (length > 0, length == 0))
+        ratios.setdefault(title, []).append(with_step / without)
+        weights = float(policy.to_vector(run.meta_params).norm())
+        print(f"{title}, seed {run.config.seed}: parameters {weights:4.1f} long, RL steps", end="")
+        print(f" {float(length[length > 0].mean()):.3f}", end="")
+        print(f"; KL with a step {with_step:9.2g}, without one {without:9.2g}")
+medians = {title: float(np.median(found)) for title, found in ratios.items()}
+assert medians["second order"] > 10 and medians["first order"] < 5
+guess.reveal("ratio", "second order {:.0f}, first order {:.1f}".format(*medians.values()))
+
+# %% [markdown] tags=["reveal"]
+# The break is in the tasks with a step. Their policies fly apart, while those of the tasks that share $\theta$ move much less. To make so short a step count, the meta-update has made the policy *sensitive* to it: what a step of a few hundredths turns it into depends so strongly on $\theta$, and on the few rewards of one iteration, that one more update throws it far away.
+#
+# If that is the cause, it must go away when the gradient does not pass through the step. That is the *first-order* gradient (`second_order=False`), which the last lines show. And is a smaller learning rate a cure? Here are the trainings.
+
+# %% tags=["gmps-in-bounds", "reveal"]
+trainings_of_gmps = {
+    "as in the comparison": "suboptimal-gmps",
+    "first order": "suboptimal-gmps-first-order",
+    "a fifth of the rate, sub-optimal": "suboptimal-gmps-rate0.002-long",
+    "a fifth of the rate, optimal": "optimal-gmps-rate0.002-long",
+}
+for title, name in trainings_of_gmps.items():
+    seeds = seeds_of(runs.SHIPPED, f"point2d-{name}")
+    moved = [row.kl for run in seeds for row in runs.load_curve(run / "curve.csv")]
+    ends = training_scores(seeds, window=20)
+    print(
+        f"{title:33}{sum(kl > 1 for kl in moved):4} of {len(moved)} updates above one nat,", end=""
+    )
+    print(f" returns at the end {ends.min():.1f} to {ends.max():.1f}")
+
+# %% [markdown] tags=["reveal"]
+# **Measured.** With the first-order gradient 2 of 450 updates exceed one nat, where 517 of 750 did. A fifth of Adam's rate is no cure, it only takes longer: in five times as many iterations 579 of 750 exceed it, and 406 of 750 with optimal data. Kept in bounds GMPS returns as little as before, 0.5 against 0.5. So the break does not explain why it fails; though a first-order gradient cannot teach $\theta$ to make its RL step useful, so what a bounded second-order GMPS would learn is open.
 
 # %% [markdown]
 # **References** Agarwal, Schwarzer, Castro, Courville and Bellemare (2021), *Deep reinforcement learning at the edge of the

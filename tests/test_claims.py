@@ -635,13 +635,22 @@ def gained_by_a_search():
     return [max(others), late[0], best, sorted(late)[-3]]
 
 
-def gmps_at_a_fifth():
-    """Return GMPS's largest KL and late return at a fifth of its rate, in the search of two worlds."""
-    found = [
-        seed for env in PLENTIFUL for seed in SHIPPED.glob(f"search-{env}-*-gmps-rate0.002-seed0")
+def gmps_on_point2d(what):
+    """Return the runs of one training of GMPS on Point2D beside the comparison's."""
+    return seeds_of(SHIPPED, f"point2d-{what}")
+
+
+def gmps_in_bounds():
+    """Return what 07 says of GMPS with a first-order gradient, and at a fifth of its rate."""
+    own, first = gmps_on_point2d("suboptimal-gmps"), gmps_on_point2d("suboptimal-gmps-first-order")
+    slow = [gmps_on_point2d(f"{q}-gmps-rate0.002-long") for q in reversed(STEPS_SHOWN)]
+    return [
+        *nats_of(first),
+        *nats_of(own),
+        *nats_of(slow[0]),
+        *nats_of(slow[1]),
+        *[training_scores(runs, window=SEARCH_END).mean() for runs in (first, own)],
     ]
-    largest = max(row.kl for seed in found for row in load_curve(seed / "curve.csv"))
-    return largest, training_scores(found, window=SEARCH_END).max()
 
 
 def robot(name, stage, varied="drift", value=ROBOT_DRIFT, score="mean_return", reading=SEEN):
@@ -768,6 +777,7 @@ CLAIMS = {
         for end in (-warm_start_gain(place).low, warm_start_gain(place).high)
     ],
     "07#search-emrld": gained_by_a_search,
+    "07#gmps-in-bounds": gmps_in_bounds,
     "07#warm-start-begins": lambda: [
         *[quicker("optimal", env).estimate for env in PLENTIFUL],
         *[quicker("suboptimal", env).estimate for env in PLENTIFUL],
@@ -1033,7 +1043,7 @@ CLAIMS = {
         *above_one_nat("meta-bc", "half_cheetah", "optimal"),
         *[TrustRegion().for_actions(dim).max_kl for dim in (2, 6)],
         max(largest_moves("point2d", "meta-bc")),
-        *gmps_at_a_fifth(),
+        *nats_of(gmps_on_point2d("suboptimal-gmps-first-order")),
         max(searched("point2d-*-gmps", "*") + searched("two_wheeled-*-gmps", "*")),
         *[max(searched(f"half_cheetah-{q}-meta-bc", "*")) for q in STEPS_SHOWN],
         max(0.0, *searched("half_cheetah-*-gmps", "*"), *searched("half_cheetah-*-maml", "*")),
@@ -1138,7 +1148,9 @@ CLAIMS = {
         *above_one_nat("gmps", "two_wheeled", "optimal"),
         *above_one_nat("gmps", "point2d", "optimal"),
         *above_one_nat("gmps", "half_cheetah", "optimal"),
-        *gmps_at_a_fifth(),
+        *above_one_nat("gmps", "point2d", "suboptimal"),
+        *nats_of(gmps_on_point2d("suboptimal-gmps-first-order")),
+        *nats_of(gmps_on_point2d("suboptimal-gmps-rate0.002-long")),
     ],
     "ledger#claim-meta-bc-fails": lambda: [
         *means("optimal", "meta-bc")[:2],
