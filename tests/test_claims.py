@@ -184,8 +184,14 @@ def falls(*names, quality="optimal", worlds=tuple(TITLES)):
     found = []
     for env in worlds:
         seeds = stored_seeds(SHIPPED, env, quality)
-        found.append(max(largest_fall(run) for name in names for run in seeds[name]))
+        found.append(max(largest_fall([run]) for name in names for run in seeds[name]))
     return found
+
+
+def mean_falls(*names, worlds=tuple(TITLES), qualities=tuple(STEPS_SHOWN)):
+    """Return the largest fall of the mean over seeds, in any of some worlds."""
+    found = [stored_seeds(SHIPPED, env, quality) for env in worlds for quality in qualities]
+    return max(largest_fall(seeds[name]) for seeds in found for name in names)
 
 
 def peaks_and_ends(env, name):
@@ -211,6 +217,20 @@ def better_data():
     """Return what better data gain on the goals for Meta-BC, and on Point2D for GMPS."""
     cloned, guided = restricted("meta-bc"), restricted("gmps")
     return [cloned[0].estimate, cloned[1].estimate, guided[0].estimate]
+
+
+def data_alone(name, place):
+    """Return what better data gain with each setting of the search, one seed, after one step."""
+    gained = []
+    for setting in ("table1", "alpha0.1", "rate0.002", "fixed-sigma"):
+        good, bad = (
+            run_scores(
+                seeds_of(SHIPPED, f"search-{place.env}-{quality}-{name}-{setting}"), 1, place.goal
+            )
+            for quality in STEPS_SHOWN
+        )
+        gained.append(float(good[0] - bad[0]))
+    return gained
 
 
 def correct_side(name, *places):
@@ -245,6 +265,12 @@ def nats_of(seeds):
     """Return how many updates moved the adapted policies by more than one nat, and of how many."""
     moved = [row.kl for seed in seeds for row in load_curve(seed / "curve.csv")]
     return [sum(kl > 1 for kl in moved), len(moved)]
+
+
+def stayed_in_bounds(seeds):
+    """Return how many updates each run makes before one that exceeds one nat."""
+    curves = [load_curve(seed / "curve.csv") for seed in seeds]
+    return [next(n for n, row in enumerate(curve) if row.kl > 1) for curve in curves]
 
 
 def above_one_nat(name, env, quality):
@@ -309,7 +335,7 @@ def broken_down():
     return best, int(np.argmax(moved)) + 1, len(moved), max(moved)
 
 
-SEEN, SEEN_LITERAL, HIDDEN, HIDDEN_LITERAL = (reading.runs for reading in READINGS)
+DRIFTS = SEEN, SEEN_LITERAL, HIDDEN, HIDDEN_LITERAL = [reading.runs for reading in READINGS]
 PRINTED = (SEEN_LITERAL, HIDDEN_LITERAL)
 DRIVEN_DRIFTS = (-0.8, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 0.8)  # on the robot
 
@@ -647,8 +673,10 @@ def gmps_in_bounds():
     return [
         *nats_of(first),
         *nats_of(own),
-        *nats_of(slow[0]),
-        *nats_of(slow[1]),
+        *stayed_in_bounds(slow[0] + seeds_of(SHIPPED, "search-point2d-suboptimal-gmps-table1")),
+        *stayed_in_bounds(slow[1]),
+        *min_and_max(stayed_in_bounds(gmps_on_point2d("optimal-gmps"))),
+        *(nats_of(slow[0])[0], *nats_of(slow[1])),
         *[training_scores(runs, window=SEARCH_END).mean() for runs in (first, own)],
     ]
 
@@ -784,8 +812,8 @@ CLAIMS = {
         *[quicker(quality, "half_cheetah").estimate for quality in STEPS_SHOWN],
     ],
     "07#monotone": lambda: [
-        max(falls(*OURS, worlds=["point2d", "half_cheetah"])),
-        *falls(*OURS, worlds=["two_wheeled"]),
+        *(mean_falls(*OURS), mean_falls("meta-bc")),
+        *[*falls(*OURS)[1:2], *falls(*OURS, quality="suboptimal")[1:2]],
         *falls("meta-bc"),
         *means("optimal", "gmps", places=GOALS),
         scores("point2d", "optimal", "maml").mean(),
@@ -829,6 +857,13 @@ CLAIMS = {
         *min_and_max(at(BOTH_WAYS, "suboptimal", "meta-bc")),
         iterations("half_cheetah", "suboptimal", "meta-bc"),
         *(restricted("gmps")[3].estimate, -restricted("gmps")[2].estimate),
+    ],
+    "07#the-data-alone": lambda: [
+        *[end for place in PLACES[:2] for end in min_and_max(data_alone("meta-bc", place))],
+        max(data_alone("gmps", PLACES[0])),
+        *min_and_max(data_alone("gmps", PLACES[1])),
+        *min_and_max(data_alone("gmps", BACKWARD)),
+        *min_and_max([-gap for gap in data_alone("gmps", FORWARD)]),
         *better_for_us("emrld"),
         better_for_us("emrld-ws").estimate,
         *(-better_for_us("emrld-ws").low, better_for_us("emrld-ws").high),
@@ -841,6 +876,7 @@ CLAIMS = {
             / EARNED[env]
             for env in TITLES
         ],
+        EARNED["half_cheetah"],
         interquartile_mean(shares("optimal", "meta-bc")),
         shares("optimal", "meta-bc").mean(),
     ],
@@ -857,7 +893,6 @@ CLAIMS = {
     "07#reading-claims": readings,
     "07#blind-by-the-mean": readings_by_the_mean,
     "07#flattened": lambda: [
-        FLAT,
         max(rises((*OURS, "meta-bc"), PLENTIFUL) + drift_rises()),
         level("point2d", "optimal", "maml"),
         max(
@@ -1106,12 +1141,14 @@ CLAIMS = {
         *[quicker(quality, "half_cheetah").estimate for quality in STEPS_SHOWN],
     ],
     "ledger#claim-monotone": lambda: [
+        mean_falls(*OURS),
+        mean_falls(*OURS, worlds=DRIFTS, qualities=["optimal"]),
+        mean_falls("meta-bc"),
+        mean_falls("meta-bc", worlds=DRIFTS, qualities=["optimal"]),
         max(falls(*OURS)),
         sum(len(stored_seeds(SHIPPED, env, "optimal")[name]) for env in TITLES for name in OURS),
         max(falls(*OURS, quality="suboptimal")),
-        *falls(*OURS, worlds=["two_wheeled_drift"]),
-        min(falls("meta-bc")),
-        max(falls("meta-bc")),
+        max(falls(*OURS, worlds=DRIFTS)),
     ],
     "ledger#claim-suboptimal": lambda: [
         *[
@@ -1170,6 +1207,7 @@ CLAIMS = {
         *better_data(),
         *(restricted("gmps")[1].estimate, *restricted("gmps")[1][1:]),
         *(restricted("gmps")[3].estimate, -restricted("gmps")[2].estimate),
+        *[end for place in PLACES[:2] for end in min_and_max(data_alone("meta-bc", place))],
     ],
     "ledger#claim-run-time": lambda: [
         *min_and_max(minutes(*PLENTIFUL)),

@@ -153,12 +153,14 @@ def test_iterations_to_a_return_by_a_plain_loop():
         assert results.iterations_to(folder, 1000.0) is None
 
 
-def test_the_largest_fall_by_a_plain_loop():
-    for folder in results.seeds_of(runs.SHIPPED, "point2d-optimal-meta-bc"):
-        returns = [row.return_after for row in runs.load_run(folder).curve]
-        means = [sum(returns[i : i + 10]) / 10 for i in range(len(returns) - 9)]
-        falls = [max(means[: i + 1]) - mean for i, mean in enumerate(means)]
-        assert results.largest_fall(folder) == pytest.approx(max(falls) / max(means))
+@pytest.mark.parametrize("seeds", [slice(0, 1), slice(3, 4), slice(None)], ids=str)
+def test_the_largest_fall_by_a_plain_loop(seeds):
+    folders = results.seeds_of(runs.SHIPPED, "point2d-optimal-meta-bc")[seeds]
+    curves = [[row.return_after for row in runs.load_run(folder).curve] for folder in folders]
+    returns = [sum(row) / len(row) for row in zip(*curves, strict=True)]
+    means = [sum(returns[i : i + 10]) / 10 for i in range(len(returns) - 9)]
+    falls = [max(means[: i + 1]) - mean for i, mean in enumerate(means)]
+    assert results.largest_fall(folders) == pytest.approx(max(falls) / max(means))
 
 
 @pytest.mark.parametrize("env", ["point2d", "two_wheeled", "half_cheetah"])
@@ -168,7 +170,8 @@ def test_emrld_improves_nearly_monotonically(env, quality):
     ours = [folder for name in OURS for folder in stored.get(name, [])]
     assert ours
     bound = {"optimal": 0.15, "suboptimal": 0.2}[quality]
-    assert max(results.largest_fall(folder) for folder in ours) < bound
+    assert max(results.largest_fall([folder]) for folder in ours) < bound
+    assert max(results.largest_fall(stored[name]) for name in OURS) < 0.03  # the paper's curve
 
 
 def test_a_fixed_sigma_keeps_meta_bc_in_bounds_on_point2d_and_a_learned_one_lets_it_break():

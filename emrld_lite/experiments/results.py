@@ -151,9 +151,9 @@ def iterations_to(run: Path, target: float, end: int | None = None) -> int | Non
     return next(reached, None)
 
 
-def largest_fall(run: Path, window: int = 10) -> float:
-    """Return how far the mean over ``window`` iterations falls below its best so far, as a share of it."""
-    smooth = _smoothed(run, window)
+def largest_fall(runs: Sequence[Path], window: int = 10) -> float:
+    """Return how far the mean over runs and ``window`` iterations falls below its best, as a share of it."""
+    smooth = _smoothed(runs, window)
     return float((np.maximum.accumulate(smooth) - smooth).max() / smooth.max())
 
 
@@ -164,13 +164,20 @@ def updates_without_step(run: Path) -> int:
 
 def best_and_last(run: Path, window: int = 10) -> tuple[float, float]:
     """Return the best mean return after adaptation over ``window`` iterations, and the last."""
-    smooth = _smoothed(run, window)
+    smooth = _smoothed([run], window)
     return float(smooth.max()), float(smooth[-1])
 
 
-def _smoothed(run: Path, window: int) -> np.ndarray:
-    """Return the mean training return over each ``window`` iterations in a row."""
-    return np.convolve(_returns_after(run), np.ones(window) / window, "valid")
+def _smoothed(runs: Sequence[Path], window: int) -> np.ndarray:
+    """Return the runs' mean training return over each ``window`` iterations in a row."""
+    return np.convolve(_mean_curve(runs), np.ones(window) / window, "valid")
+
+
+def _mean_curve(runs: Sequence[Path], end: int | None = None) -> np.ndarray:
+    """Return the mean training return over runs, (iteration,), as far as the shortest goes or to ``end``."""
+    curves = [_returns_after(run)[:end] for run in _some(runs)]
+    shortest = min(map(len, curves))
+    return np.mean([curve[:shortest] for curve in curves], axis=0)
 
 
 def _returns_after(run: Path) -> list[float]:
@@ -193,10 +200,8 @@ def late_rise(runs: Sequence[Path], earned: float, end: int | None = None) -> fl
     as that twentieth: so little is as good as nothing, and a share of nothing would say nothing. With
     ``end`` only the iterations before it count.
     """
-    curves = [_returns_after(run)[:end] for run in _some(runs)]
-    shortest = min(map(len, curves))
-    mean = np.mean([curve[:shortest] for curve in curves], axis=0)  # (iteration,)
-    window = shortest // LATE
+    mean = _mean_curve(runs, end)
+    window = len(mean) // LATE
     level = mean[-window:].mean()
     return float((level - mean[-2 * window : -window].mean()) / max(level, NOTHING * earned))
 
