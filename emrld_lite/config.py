@@ -74,6 +74,8 @@ class TrainConfig:
     """Share of earlier iterations in the gradient along which TRPO steps (ours; the paper's is 0)."""
     meta_lr: float = 0.01
     """Adam's learning rate in the meta-update of meta-bc and gmps (Table 1)."""
+    max_grad_norm: float | None = None
+    """Length to which Adam's meta-gradient is clipped where it is longer (ours); by default it is not."""
     bc_reduction: Reduction = Adaptation.bc_reduction
     """Mean over the demonstration's steps (released code) or their sum (paper)."""
     log_density: LogDensity = Adaptation.log_density
@@ -130,12 +132,24 @@ class TrainConfig:
             )
         real_number("meta_momentum", self.meta_momentum, 0.0, 0.99)
         real_number("meta_lr", self.meta_lr, minimum=1e-12)
+        self._check_clipping()
         if self.stop_at_return is not None:
             real_number("stop_at_return", self.stop_at_return)
         self._check_trust_region()
         self.environment()
         self.adaptation("optimal")
         self.score()
+
+    def _check_clipping(self) -> None:
+        """Raise InputError for a bound that is none, or that no update would read."""
+        if self.max_grad_norm is None:
+            return
+        real_number("max_grad_norm", self.max_grad_norm, minimum=1e-12)
+        if not issubclass(self.learner_type(), Adam):
+            raise InputError(
+                f"max_grad_norm: expected None, got {self.max_grad_norm}: only a meta-update by Adam reads "
+                f"it, and {self.algorithm} updates by {self.meta_update or 'TRPO'}"
+            )
 
     def _check_trust_region(self) -> None:
         """Raise InputError for a region that is none, or whose loops would not end in a lifetime."""
@@ -189,4 +203,4 @@ class TrainConfig:
             return chosen(theta, self.trust_region, self.meta_momentum, self.meta_w_bc)
         if issubclass(chosen, Trpo):
             return chosen(theta, self.trust_region, self.meta_momentum)
-        return Adam(theta, self.meta_lr)
+        return Adam(theta, self.meta_lr, self.max_grad_norm)

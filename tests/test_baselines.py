@@ -284,6 +284,31 @@ def test_a_meta_update_that_is_chosen_replaces_the_algorithm_s():
             dataclasses.replace(own, meta_update=setting, meta_w_bc=0.1)
 
 
+@pytest.mark.parametrize("share", [0.25, 4.0], ids=["longer than the bound", "shorter"])
+def test_a_gradient_is_clipped_to_its_bound_and_keeps_its_direction(share):
+    params, rule = random_params(0), META_BC
+    data = TaskData(random_rollout(2), random_rollout(3), random_demonstrations(1))
+    gradient = policy.to_vector(cloning_gradient(params, chunks(data), rule))
+    bound = share * float(gradient.norm())
+    learner = Adam(params, 0.01, max_grad_norm=bound)
+    learner.update(params, data, rule, torch.Generator().manual_seed(0))
+    seen = torch.cat([learner.state()[f"adam.exp_avg.{name}"].flatten() for name in params]) / 0.1
+    expected = min(1.0, share) * gradient  # 0.1 is Adam's 1 - beta_1
+    torch.testing.assert_close(seen, expected, rtol=1e-4, atol=1e-7)
+
+
+def test_a_bound_on_the_gradient_is_for_adam():
+    own = dataclasses.replace(SMALL, algorithm="gmps")
+    assert (
+        dataclasses.replace(own, max_grad_norm=0.5).learner(random_params(0)).max_grad_norm == 0.5
+    )
+    for change in ({"algorithm": "emrld"}, {"meta_update": "cloning-trpo"}):
+        with pytest.raises(InputError, match=r"max_grad_norm: expected None, got 0\.5"):
+            dataclasses.replace(own, max_grad_norm=0.5, **change)
+    with pytest.raises(InputError, match="max_grad_norm"):
+        dataclasses.replace(own, max_grad_norm=0.0)
+
+
 def test_a_policy_file_without_adam_s_memory_is_refused(tmp_path):
     config = dataclasses.replace(SMALL, algorithm="meta-bc")
     run = checkpoints.train_run(config, tmp_path / "run")

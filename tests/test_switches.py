@@ -44,6 +44,7 @@ CHANGES = {  # setting: another value, and the control where it is not CONTROL
     "meta_w_bc": (0.5, dataclasses.replace(CONTROL, meta_update="rl-and-cloning-trpo")),
     "meta_momentum": (0.0, CONTROL),
     "meta_lr": (0.02, META_BC),
+    "max_grad_norm": (0.01, META_BC),
     "bc_reduction": ("sum", CONTROL),
     "log_density": ("joint", CONTROL),
     "second_order": (False, CONTROL),

@@ -19,10 +19,14 @@ UNBOUNDED = "nothing bounds Adam's step"  # ends the note of a step that was mad
 class Adam(Learner):
     """torch's Adam on mean_i L^BC_i(theta_i), the demonstrations' likelihood after adaptation.
 
-    Section 4.1, "Baselines": with cloning in the adaptation this is Meta-BC, with RL it is GMPS.
+    Section 4.1, "Baselines": with cloning in the adaptation this is Meta-BC, with RL it is GMPS. A
+    gradient longer than ``max_grad_norm``, unless that is None, is shortened to it before Adam sees it.
     """
 
-    def __init__(self, theta: Params, learning_rate: float) -> None:
+    def __init__(
+        self, theta: Params, learning_rate: float, max_grad_norm: float | None = None
+    ) -> None:
+        self.max_grad_norm = max_grad_norm
         self.leaves = detach(own_memory(theta), requires_grad=True)
         self.optimiser = torch.optim.Adam(self.leaves.values(), lr=learning_rate)
         self.load({})
@@ -44,6 +48,8 @@ class Adam(Learner):
         for name, leaf in self.leaves.items():
             leaf.data.copy_(theta[name])
             leaf.grad = gradient[name]
+        if self.max_grad_norm is not None:
+            torch.nn.utils.clip_grad_norm_(self.leaves.values(), self.max_grad_norm)
         self.optimiser.step()
         stepped = detach(own_memory(self.leaves))
         for what, made in (("step", stepped), ("memory", self.state())):
