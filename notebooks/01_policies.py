@@ -425,7 +425,7 @@ guess.reveal("dropped", f"{2.0 * horizon:.1f}, since both steps count alike")
 #
 # Without $\gamma^t$ the second step counts as much as the first, and the sum is no longer the gradient of $J$. Here only its length
 # changes; in a policy whose parameters act at different times the direction changes as well. With $\gamma = 0.95$ the factor would weigh the steps after the first 90
-# less than a hundredth, and we want a policy that acts well late, too. From here on we drop it, as the paper does, and call the result the *policy gradient* all the same.
+# less than a hundredth, and we want a policy that acts well late, too. From here on we drop it, as the released code does, and call the result the *policy gradient* all the same.
 #
 # The deviation of one episode's estimate is more than twice the gradient. Section 5 is about that.
 
@@ -585,7 +585,7 @@ plt.show()
 # *Figure 4. Twenty estimates of the same gradient (dots) and their mean (cross) under three baselines, seen in one plane: along the mean gradient (arrow) and in the direction in which they scatter most. The clouds shrink from left to right; their centres stay.*
 #
 # **How to judge it.** The constant leaves about two fifths of the noise, the linear baseline about an eighth. The three repetitions differ by far less than the baselines do, so the order is no luck. The clouds' centres agree within
-# their scatter divided by $\sqrt{20}$: the baselines changed the noise, not the gradient. (Strictly, the constant and the linear baseline are fitted to the very returns that they are subtracted from, which shortens the expected estimate by about one part in the number of episodes, here one in twenty.)
+# their scatter divided by $\sqrt{20}$: the baselines changed the noise, not the gradient. (Strictly, the constant and the linear baseline are fitted to the very returns that they are subtracted from, which shortens the expected estimate a little: with episodes of a single step by one part in their number.)
 #
 # Why does a mere constant help that much? All rewards are negative, so without it *every* action is discouraged, the good ones a little less. With twenty episodes the discouragements cancel only roughly.
 
@@ -688,7 +688,7 @@ guess.reveal("sentence", "B")
 
 # %% [markdown] tags=["reveal"]
 # **A** is not supported: the curves of constant and linear lie within each other's bands nearly everywhere, and five policies decide nothing about so small a lead. **C** is refuted by Figure 4, and by the left panel: the same expected steps give the same curves.
-# **B** is what the two panels show together: long steps learn several times faster, for those who can bear them. With short steps the noise of forty gradients averages out, and an eighth of the noise buys next to nothing. With long steps the noise throws the policy off before the next gradient can correct it.
+# **B** is what the two panels show together: long steps learn several times faster, for those who can bear them. With short steps the noise of forty gradients averages out, and an eighth of the noise buys next to nothing. With long steps the noise throws some policies off before the next gradient can correct it; the middle one still ends above all those of the short steps.
 #
 # This workbook, like nearly all code, divides the advantages by *their own* deviation. The linear baseline makes them about three times smaller, so the division makes the step three times longer: so a quiet gradient learns faster there.
 # From now on every RL loss in this workbook uses these normalised advantages, `advantage.Score`.
@@ -822,7 +822,7 @@ plt.show()
 # *Figure 6. Twenty episodes (thin lines) of a policy cloned from one demonstration (dashed) with your log-density, for one of the twelve goals
 # (star) and its reward region (disc). Both clones find the disc; nearly all paths of the right one run straight through it. Titles: mean sparse return over all twelve clones.*
 #
-# Both find the region that pays, and both have a lower return than the demonstrator, because they do not stop there. Beyond the goal there are no data, and a network continues what it has learned:
+# Both find the region that pays, and neither stops there: the clones of the optimal data return half of what the demonstrations do, those of the sub-optimal data a little, where the demonstrations themselves end before any reward. Beyond the goal there are no data, and a network continues what it has learned:
 # it drives on. The optimal demonstration at least slows down at its end, and about half of its clones' episodes stay. The sub-optimal one ends at full speed, and nearly all of its clones' episodes run
 # straight through and away. (The clones also act with noise of their own; notebook 03 separates the two causes.)
 #
@@ -835,7 +835,7 @@ plt.show()
 # - A Gaussian policy is a network for the mean and a $\log\sigma$; its log-density is a sum over dimensions.
 # - The environment alters most actions of $\sigma = 1$, and no $\sigma$ makes a random walk reach far: a hundred steps lead ten step lengths away.
 # - REINFORCE needs only rewards and scores; finite differences give the same number, as long as $\gamma^t$ stays in.
-# - A constant takes out most of the gradient's noise, the linear baseline most of the rest. Short steps hardly profit from it; long steps fail without it.
+# - A constant takes out most of the gradient's noise, the linear baseline most of the rest. Short steps hardly profit from either. With long steps the policies without a baseline fall behind, and some are thrown off; a constant prevents that as well as the linear one.
 # - Cloning is the same loss with all weights one. It follows a demonstration, for its own goal only, and drives on where the demonstration ends.
 #
 # **Next** notebook 02 shows what becomes of this gradient when the reward is sparse. What follows here is further reading.
@@ -899,7 +899,7 @@ for gae_lambda in (0.0, 0.9, 1.0):
     print(f"the package's {package[:, 0].mean():.3f}")
 
 # %% [markdown]
-# **What does $\lambda$ trade?** Here is a question whose answer is known: by how much is a first step *towards* the goal better than one *away* from it, if the untrained policy draws all later actions? Two thousand pairs of episodes that share their draws answer it nearly without error. Then your GAE answers it from one pair, or from the mean of some,
+# **What does $\lambda$ trade?** Here is a question whose answer is known: by how much is a first step *towards* the goal better than one *away* from it, if the untrained policy draws all later actions? Two thousand pairs of episodes that share their draws answer it nearly without error. Then your GAE answers it from one pair of episodes that share *no* draws, as in a real batch, or from the mean of some such pairs,
 # with $V$ the linear baseline (fitted to twenty other episodes) or zero. The *bias* is the mean estimate less the exact number, the *noise* the deviation of the estimates, and the *error* the root of the sum of their squares.
 #
 # **Predict first.** Which $\lambda$ has the smallest error with the linear baseline, if you have one pair of episodes? And if you have 256?

@@ -574,8 +574,8 @@ guess.reveal("most", f"{most}, {100 * rates[most]:.1f} % of its episodes.")
 guess.reveal("least", f"{least}, {100 * rates[least]:.2f} % of its episodes.")
 
 # %% [markdown] tags=["reveal"]
-# The cheetah is the least sparse: a random wriggle sometimes carries it two metres, often enough the wrong way, where it is paid *negatively* for going on. For the point the rate is around one in a thousand. The wheeled robot is paid
-# some twenty times as often: it keeps part of its heading from step to step, so it gets farther, and its disc is larger and begins nearer.
+# The cheetah is the least sparse: a random wriggle sometimes carries it two metres, often enough the wrong way, where it is paid *negatively* for going on. For the point the rate is around one in a thousand. The wheeled robot is paid,
+# by these counts, some twenty times as often (the intervals allow anything from five to a hundred times): it keeps part of its heading from step to step, so it gets farther, and its disc is larger and begins nearer.
 
 # %% [markdown]
 # **Is it the same environment as yours?** Replay the policy's actions in your Point2D: the episodes that were paid, and ten that were not.
@@ -666,7 +666,7 @@ plt.show()
 # *Figure 8. How often the first reward has come after so many episodes, in a simulation at the rates of Figure 7. The dots are your answers for 95 %, the grey line is the batch of one task in one iteration.*
 
 # %% [markdown] tags=["reveal"]
-# In each of those iterations the task learns nothing from rewards. And the number itself is uncertain: the rate rests on a handful of paid episodes, and the ends of its interval put the wait between about a third and several times as many iterations. What is rarely seen is also badly measured.
+# In each of those iterations the task learns nothing from rewards. And the number itself is uncertain: the rate rests on a handful of paid episodes, and the ends of its interval put the wait between about a quarter and several times as many iterations. (It is the wait of a policy that stays untrained. In the paper's algorithms all tasks share one meta-policy, and a reward in any of the other eleven changes it earlier.) What is rarely seen is also badly measured.
 
 # %% [markdown]
 # **Turn it yourself.** The sliders move the goal along the semicircle and change the radius of the disc that pays; 500 walks of an untrained policy stay the same. How large must the disc be until every second walk is paid?
@@ -811,8 +811,8 @@ shares = {reward: f"{share[-1]:.1f} %" for reward, share in success.items()}
 guess.reveal("live", f"sparse {shares['sparse']}; dense {shares['dense']}")
 
 # %% [markdown] tags=["reveal"]
-# The task is easy. It is the *reward* that is hard. (Not hopeless: one policy that is told the goal can pool the lucky episodes of all goals. After 30 iterations the sparse learner reaches between 1 % and 50 % of them, depending on the seed and the processor, and on TwoWheeled, where luck is
-# twenty times as frequent, it manages sooner: try `iterations=40` or `env="two_wheeled"`.) A dense reward, though, needs somebody who can measure the distance to the goal at every step; a demonstration needs somebody who has been there once.
+# The task is easy. It is the *reward* that is hard. (Not hopeless: one policy that is told the goal can pool the lucky episodes of all goals. How many it reaches after 30 iterations depends on the seed and the processor; on TwoWheeled, luck is
+# more frequent: try `iterations=40` or `env="two_wheeled"`.) A dense reward, though, needs somebody who can measure the distance to the goal at every step; a demonstration needs somebody who has been there once.
 
 # %% [markdown]
 # ## 7 · A constant tiny reward (further reading)
@@ -924,12 +924,14 @@ if checked:
 if checked:
     means = [float(np.mean(values)) for values in agreements.values()]
     assert abs(means[0]) < 0.15 and means[1] > 0.9 and means[2] < 0.4
+    for name, of_tasks in found.items():
+        print(f"{name:19}mean length {float(torch.cat(of_tasks).norm(dim=-1).mean()):.2f}")
     answers = "; ".join(f"{mean:.2f}" for mean in means)
     guess.reveal("agree", f"{answers}, on average over the tasks.")
 
 # %% [markdown] tags=["reveal"]
-# On Point2D with the dense reward all batches say the same. With the constant one they agree as little as random directions, although their gradients are as long. It is no surprise: what the baseline leaves over depends on the time $t$ (and a little on the state), not on the action, and the expected $\nabla_\theta \log \pi_\theta$ is zero (notebook 01).
-# So the expectation of such a gradient is zero: it points nowhere, and a single batch does not know that. The policy takes steps as long as those towards a goal, and takes them at random. In this workbook the reward elsewhere is 0, as the paper writes, and advantages whose spread is zero stay zero.
+# On Point2D with the dense reward all batches say the same. With the constant one they agree as little as random directions. Their length does not tell: here they are shorter, on TwoWheeled, above, they were about as long as from a real reward. It is no surprise: what the baseline leaves over depends on the time $t$ (and a little on the state), not on the action, and the expected $\nabla_\theta \log \pi_\theta$ is zero (notebook 01).
+# So the expectation of such a gradient is zero: it points nowhere, and a single batch does not know that. The policy takes steps, and takes them at random. In this workbook the reward elsewhere is 0, as the paper writes, and advantages whose spread is zero stay zero.
 #
 # Did TwoWheeled surprise you? A dense reward is no guarantee: 20 episodes of a robot that turns at random say little about where the goal is. A reward makes a gradient; how many episodes make it a signal is another question, and your function answers it.
 

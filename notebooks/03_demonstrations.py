@@ -424,7 +424,7 @@ guess.reveal("bad copy", f"{wheeled_shares['suboptimal']['sampled']:.1f} % of th
 # %% [markdown] tags=["reveal"]
 # - **Sampled**, no copy of optimal data has 85 % of its demonstrator's return. **By its mean action** the copy of TwoWheeled's optimal data gets back most of what it lacks: there the loss was the copy's own noise, not a failure of cloning.
 # - **Point2D's sub-optimal data** make a bad copy either way. It does not stop where the demonstration stopped: it runs on, through the goal and past it (notebook 01, Figure 6). Nobody showed it where to stay.
-# - **TwoWheeled's sub-optimal data**, which cannot be imitated according to the paper, make a copy with more than half of the demonstrator's return. Why?
+# - **TwoWheeled's sub-optimal data**, which cannot be imitated according to the paper, make a copy with more than half of the optimal demonstrations' return. Why?
 
 # %% [markdown]
 # ## 4 · What the copy was shown
@@ -461,8 +461,10 @@ guess.reveal("four copies", ", ".join(worst))
 # %% [markdown] tags=["reveal"]
 # | | clean data | noisy data |
 # |---|---|---|
-# | whole | by the mean action most of the demonstrator's return; the copy's own noise costs about half of that | the copy's own noise costs little |
-# | cut | **nearly nothing**, with and without the copy's noise | about half of the demonstrator's return |
+# | whole | by the mean action most of the demonstrations' return; the copy's own noise costs half of that or more | the copy's own noise costs little |
+# | cut | **nearly nothing**, with and without the copy's noise | about half of the whole demonstrations' return |
+#
+# (One copy per trajectory here, and one draw of the noise: differences of ten between copies are luck.)
 #
 # So the paper is right about *clean* data: without the first steps imitation fails. Noise on the demonstrator's actions, which the paper adds as well, brings it back. Why should *worse* actions teach better?
 
@@ -624,7 +626,7 @@ if measured_by_you:
 # Left, both copies start on their data. The copy of the clean data stays there as long as it acts by its mean; with its own noise it drifts away step by step, because small errors lead to states without data, where nobody showed the way back. This is
 # what **compounding errors** means, and it takes errors to begin with. The copy of the noisy data makes the same errors and undoes them. Right, both start where nobody showed them anything, eight steps from their data: the copy of the clean data drives away from them, that of the noisy data comes closer.
 #
-# Notebook 04 makes a part of this precise: cloning controls the distance to the demonstrator in the *demonstrator's* states, and that is no bound on anything in the copy's own.
+# Notebook 04 makes a part of this precise: cloning controls the distance to the demonstrator in the *demonstrator's* states; in the copy's own it may be larger by a factor of up to $1/(1-\gamma)$, here 20.
 
 # %% [markdown]
 # **Move it yourself.** One TwoWheeled demonstration of the optimal expert per goal, its end cut off; choose the noise on its actions and how many first steps are cut. Left, the demonstration (dots) and ten sampled episodes of its copy; right, the mean return for every choice, over four goals. All hundred copies are fitted beforehand, in some seconds.

@@ -753,7 +753,7 @@ print(f"Per step: promised {promise:+.4f}, true {truth:+.4f} by your lemma.")
 print(f"By the formulas of pen and paper: {told(by_hand, 4)} (share, truth, promise).")
 
 # %% [markdown] tags=["reveal"]
-# A slip of one in ten fills nearly half of the time, since there is no way back. The substituted theorem promises a gain, the truth is a loss, and Assumption 1 is true: what remains is **not** a bound. Imitation learning knows this as **compounding
+# A slip of one in ten fills nearly half of the time, since the new policy never takes the way back. The substituted theorem promises a gain, the truth is a loss, and Assumption 1 is true: what remains is **not** a bound. Imitation learning knows this as **compounding
 # errors**. The printed theorem survives, since it measures the distance in the new policy's states, where it is large.
 
 # %% [markdown]
@@ -825,8 +825,9 @@ print(f"promised {still['substituted']:+.2f} per step, true {still['improvement'
 # %% [markdown]
 # ### What the theorem does not cover
 #
-# The paper's experiments, and ours, differ from its setting in three ways that matter:
+# The paper's experiments, and ours, differ from its setting in four ways that matter:
 #
+# - **Episodes that end at the goal**, as in Point2D and TwoWheeled. The end is an absorbing state, so $\Delta \le 0$ from the first iteration on (Section 6).
 # - **Deterministic demonstrators.** The optimal demonstrations are mean actions without noise, the policies are Gaussian. A point and a density have total variation 1 in every state. Then group 2 is at most $(\Delta - 2 C_1)/(1-\gamma) < 0$, since $\Delta \le C_1$: it promises nothing, whatever is learned (numbers in Section 8).
 # - **One step, not a minimum.** The adaptation takes a single gradient step on the cloning loss, and the loss is a sum over *one* undiscounted trajectory, not an expectation under $d^{\mathrm{dem}}$.
 # - **Samples.** Advantages are estimates with a fitted baseline, normalised; the meta-update is TRPO's on the ratio of sampled actions.
@@ -1069,8 +1070,8 @@ plt.show()
 # *Figure 10. Random policies and demonstrators: excess of the cloning loss over its minimum against the mean distance, in the demonstrator's
 # states (left) and in those of the new policy (right). Black: the largest distance that Pinsker's inequality allows. Crosses lie above it.*
 #
-# Cloning controls the distance where the demonstrator walks, and only there. With (4) a small enough loss gives a guarantee, a weak one; with the
-# theorem's own term it is a hope. And how small the loss gets is not for the theorem to say.
+# Cloning controls the distance where the demonstrator walks; in the new policy's states the same number bounds it only after division by $1-\gamma$ (step 1 of pen and paper C, with a distance of at most 1 in each state). So a small enough loss gives a guarantee, by (4) or in group 2
+# itself, and a weak one. And how small the loss gets is not for the theorem to say.
 #
 # **Deterministic demonstrators, in numbers.** A Gaussian policy with $\sigma = 0.5$, and a demonstrator with the same mean whose own noise shrinks:
 
@@ -1179,9 +1180,9 @@ print(
 )
 
 # %% [markdown] tags=["reveal"]
-# - **EMRLD leads from the first iteration on**, by the cloning gradient: that is group 2 at work.
-# - **Assumption 1 is what the paper says it is**, true at first: $\Delta$ starts small and positive and then turns negative. What stays useful for longer is $\Delta_{\mathrm{avg}}$.
-# - **The poor demonstrator is overtaken.** $\Delta_{\mathrm{avg}}$ turns negative *before* that: it is worse than the policy in the states that the policy visits. The bound has nothing to say any more, yet EMRLD goes on improving, by the reward in its adaptation and in its meta-update.
+# - **EMRLD leads from the start**, by the cloning gradient in its adaptation, before any meta-update. (Theorem 1 compares two meta-iterations and is silent on that.)
+# - **On this grid Assumption 1 is what the paper says it is**, true at first, since the walk begins again at the goal. (Where an episode ends at its goal, as in Point2D and TwoWheeled, $\Delta$ is never positive: Section 6.) $\Delta$ starts small and positive and then turns negative. What stays useful for longer is $\Delta_{\mathrm{avg}}$.
+# - **The poor demonstrator is overtaken.** $\Delta_{\mathrm{avg}}$ turns negative *before* that: it is worse than the policy in the states that the policy visits. The bounds promise nothing before or after that (Figure 13), and EMRLD goes on improving, by the reward in its adaptation and in its meta-update.
 # - **Nobody comes near the optimal demonstrator**, whose return is 3.35. With this $\alpha$ a single step is too short for it; cloning alone ends below MAML.
 # - **Exact MAML learns**, slowly: its gradient is small, not zero. What stops MAML in notebook 05 is that *samples* of a small gradient are nearly all zero. (Sparsity is mild here: a coin-tossing walk does find an edge of a 9 × 9 grid.)
 
@@ -1228,7 +1229,7 @@ print(f"cloning alone {final['cloning only']:.1f}, MAML {final['MAML']:.1f}")
 # *Figure 12. Return after one exact adaptation step from the untrained policy against the length of the step; the dotted line is the optimal demonstrator's return.*
 
 # %% [markdown] tags=["reveal"]
-# Cloning alone falls behind because its step is short, not because reward is missing: with $\alpha = 100$ it comes close to the demonstrator without any meta-training. Which of the two terms matters is a question about the step length as well, and Theorem 1
+# That cloning alone falls behind is a matter of this step length. At $\alpha = 5$ the RL term more than doubles what it reaches; at $\alpha = 100$ one cloning step comes close to the demonstrator without that term, and without any meta-training. Which of the two terms matters is a question about the step length as well, and Theorem 1
 # does not contain $\alpha$. (Reward enters at a second place, too: the meta-update follows $J_{\mathrm{meta}}$ in every one of these runs, with or without the RL term in the adaptation.)
 
 # %% [markdown]
@@ -1300,7 +1301,7 @@ guess.reveal("fails", f"move {MOVES[first[-1]]}")
 # | $\Delta$ too large | 6, Assumption 1 | claims up to $\Delta_{\mathrm{avg}}$ do no harm: only the average is used |
 # | $C_1$ too small | 7, Hölder | small cuts do no harm: Hölder is generous |
 # | the critic's $V$ is wrong at the start | 2, Lemma 1 | the values no longer telescope to $J$ |
-# | the demonstrator's states | 7, Hölder | on the two-state family; every later line falls, the theorem too |
+# | the demonstrator's states | 7, Hölder | on the two-state family; every later line that uses it falls, the theorem too |
 #
 # A surprise: a critic that is wrong anywhere *but* in the first states breaks no **equation**. Adding any function of the state to $V$ changes rewards by a
 # "potential", and potentials telescope away (Ng, Harada and Russell, 1999). Inequalities are another matter: $\Delta$ is claimed of the true advantage, and a critic that is wrong by much can push the demonstrator's average below it.

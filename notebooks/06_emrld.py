@@ -557,7 +557,7 @@ plt.show()
 # *Figure 5. Task 2, twenty episodes each (thin lines): the meta-policy itself, after the warm start, and after the adaptation
 # step; the demonstration is dashed, titles give the mean return. From left to right: no idea of the goal; nearly in its direction; onto it.*
 #
-# The meta-policy is good at *no* task, and it must not be: no single policy can walk to twelve goals. Training has made it easy to adapt. Two gradient steps with $\alpha = 0.01$ move a
+# The meta-policy is good at *no* task, and it need not be: no single policy can walk straight to twelve goals. Training has made it easy to adapt. Two gradient steps with $\alpha = 0.01$ move a
 # policy this far only because the meta-update has made these gradients count.
 
 # %% [markdown]
@@ -823,7 +823,7 @@ guess.reveal("panels", f"B is EMRLD, A is EMRLD-WS: {greys}")
 #
 # - The adaptation step is one gradient of $w_{\mathrm{rl}} \mathcal L^{\mathrm{RL}} + w_{\mathrm{bc}} \mathcal L^{\mathrm{BC}}$; the warm start is the same step once more, on the demonstration alone.
 # - The meta-gradient goes through that step: your loss, finite differences and the package agree.
-# - Your parts train EMRLD-WS, step for step as the package does, to a return of about 70 on twelve sparse tasks; MAML stays at about an eighth of it.
+# - Your parts make EMRLD-WS's first iterations, the first of them equal to the package's, which goes on from there to a return of about 70 on twelve sparse tasks; MAML stays at about an eighth of it.
 # - The trained policy is good at no task before it adapts, and its adaptation lives on the demonstration; RL in the step added next to nothing to the policies that you tested.
 #
 # **Next** [notebook 07](07_results.ipynb): the whole comparison, and how far to trust it. Or train it yourself: `python -m emrld_lite train --help`,

@@ -726,7 +726,9 @@ def on_robot_without_heading():
         *[blind(name).mean() for name in names],
         *[shift_interval(blind(name), blind("maml")).low for name in names[:2]],
         *[blind(name, score="reached").mean() for name in names],
-        *[(blind(n) - blind(n, BEFORE)).mean() for n in ("maml", "emrld", "emrld-ws")],
+        *(blind("maml", BEFORE).mean(), blind("maml", TRIAL).mean()),
+        *[(blind(n) - blind(n, BEFORE)).mean() for n in ("emrld", "emrld-ws")],
+        (blind("emrld-ws", TRIAL) - blind("emrld-ws", BEFORE)).mean(),
         *[blind(name).mean() for name in ("meta-bc", "gmps")],
     ]
 
@@ -1050,7 +1052,7 @@ CLAIMS = {
     ],
     "README#On a robot that training never saw one step is enough": lambda: [
         ROBOT_DRIFT,
-        *(robot("emrld-ws", stage).mean() for stage in (BEFORE, AFTER)),
+        *(robot("emrld-ws", stage).mean() for stage in (BEFORE, TRIAL, AFTER)),
         robot("emrld-ws", AFTER, score="truly").mean(),
         *[blind(name).mean() for name in ("emrld-ws", "emrld", "maml")],
         controller(ROBOT_DRIFT),
