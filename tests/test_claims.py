@@ -54,6 +54,7 @@ from emrld_lite.experiments.studies import (
     SENSITIVITY_END,
     WEIGHTS,
     WITHOUT_RL,
+    WITHOUT_RL_AGAIN,
     ablation_runs,
     sensitivity_runs,
     switch_runs,
@@ -933,6 +934,12 @@ CLAIMS = {
         *[lost_at_most(unseen_gap(pair)) for pair in (TWO_WHEELED, SUMMED, FIRST_TWENTY)],
         *[scores.mean() for scores in reversed(MISLEADING.tested(SHIPPED))],
     ],
+    "08#without-rl-again": lambda: [
+        *[scores.mean() for scores in WITHOUT_RL_AGAIN.tested(SHIPPED)],
+        *unseen_gap(WITHOUT_RL_AGAIN),
+        *gap_of(WITHOUT_RL_AGAIN),
+        5,  # a loss that matters
+    ],
     "08#cloning-alone": lambda: [
         *copies_and_returns(CLONING_ALONE[1]),
         *copies_and_returns(CLONING_ALONE[0]),
@@ -1034,6 +1041,7 @@ CLAIMS = {
         *[lost_at_most(without(q, "w_rl = 0")) for q in STEPS_SHOWN],
         *(lost_at_most(gap_of(FIXED_SIGMA)), lost_at_most(gap_of(TWO_WHEELED))),
         *[-unseen_gap(TWO_WHEELED_WARM)[end] for end in (0, 2, 1)],
+        *unseen_gap(WITHOUT_RL_AGAIN),
         left("optimal", "w_bc = 0").mean(),
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
         *[side.mean() for pair in CLONING_ALONE for side in pair.tested(SHIPPED)],
@@ -1281,6 +1289,7 @@ CLAIMS = {
         *[lost_at_most(without(q, "w_rl = 0")) for q in STEPS_SHOWN],
         lost_at_most(gap_of(TWO_WHEELED)),
         *[-unseen_gap(TWO_WHEELED_WARM)[end] for end in (0, 2, 1)],
+        *unseen_gap(WITHOUT_RL_AGAIN),
         *[training_scores(seeds).mean() for seeds in reversed(AS_PRINTED.runs(SHIPPED))],
     ],
     "ledger#claim-double-use": lambda: [

@@ -1,4 +1,4 @@
-"""The figures of changing dynamics: Fig. 6 in simulation, and the four readings of its experiment."""
+"""The figures of changing dynamics: Fig. 6 in simulation, the four readings of it, drifts never met."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..envs.two_wheeled_drift import ROBOT_DRIFT
 from . import plotting
 from .evaluation import evaluate_run
 from .panels import GOALS_SHOWN, adaptation, none_stored, one_legend, training
-from .results import EARNED, stored_seeds
+from .results import EARNED, stored_seeds, task_scores
 from .runs import load_run
-from .studies import READINGS
+from .studies import NARROW_DRIFT, READINGS
 
 DRIFT = "two_wheeled_drift"
 
@@ -67,5 +67,32 @@ def readings(folder: Path) -> Figure:
         axes.set_xlabel("")
     for axes in panels[:, 1]:
         axes.set_ylabel("")
+    one_legend(figure, panels.flat)
+    return figure
+
+
+def by_drift(folder: Path) -> Figure:
+    """Draw the return after one step by the test drift, where training met all drifts and where few.
+
+    A column per reading of the experiment. Above policies whose training drifts are spread as far as the
+    test's, below ones whose training drifts are at most NARROW_DRIFT, the grey part. Bands reach from the
+    lowest to the highest seed.
+    """
+    figure, panels = plt.subplots(2, len(READINGS), figsize=(13.0, 5.6), sharex="col", sharey=True)
+    for column, reading in zip(panels.T, READINGS, strict=True):
+        drifts = unseen_demonstrations(reading.env, "optimal", GOALS_SHOWN).tasks[:, 0].numpy()
+        order = drifts.argsort()
+        for axes, runs in zip(column, (reading.runs, reading.narrow), strict=True):
+            stored = stored_seeds(folder, runs, "optimal")
+            for name, seeds in stored.items():
+                returns = task_scores(seeds, step=1)[:, order]  # (seed, drift)
+                plotting.returns_against(drifts[order], name, returns, axes)
+            if not stored:
+                none_stored(axes)
+        column[0].set_title(reading.title)
+        column[1].axvspan(-NARROW_DRIFT, NARROW_DRIFT, color="#999999", alpha=0.2, linewidth=0)
+        column[1].set_xlabel(f"test drift ({make(reading.env).drift_unit})")
+    for axes, trained in zip(panels[:, 0], ("all drifts", "narrow drifts"), strict=True):
+        axes.set_ylabel(f"trained on {trained}\nmean return, one step")
     one_legend(figure, panels.flat)
     return figure

@@ -189,14 +189,17 @@ def adaptation_steps(curves: Mapping[str, Sequence[Sequence[float]]], axes: Axes
     Bands reach from the lowest to the highest seed. Fig. 3 and 4, bottom row.
     """
     for algorithm, seeds in curves.items():
-        returns = np.array(seeds)
-        steps = np.arange(returns.shape[1])
-        axes.plot(steps, returns.mean(0), label=label(algorithm), **LOOKS[algorithm])
-        _band(steps, returns, axes, LOOKS[algorithm]["color"])
+        returns_against(np.arange(len(seeds[0])), algorithm, np.array(seeds), axes)
+        axes.set_xticks(range(len(seeds[0])))
     axes.set_xlabel("adaptation steps")
     axes.set_ylabel("mean return, test tasks")
-    axes.set_xticks(range(returns.shape[1]))
     axes.legend(loc="best")
+
+
+def returns_against(places: np.ndarray, algorithm: str, returns: np.ndarray, axes: Axes) -> None:
+    """Draw one algorithm's returns (seed, place) against the places, mean and lowest to highest seed."""
+    axes.plot(places, returns.mean(0), label=label(algorithm), **LOOKS[algorithm])
+    _band(places, returns, axes, LOOKS[algorithm]["color"])
 
 
 def trajectories(

@@ -48,7 +48,13 @@ class Reading(NamedTuple):
     runs: str
     """What its runs are called before the quality of their data."""
 
+    @property
+    def narrow(self) -> str:
+        """What its runs on training drifts of at most NARROW_DRIFT are called, likewise."""
+        return f"{self.env}-narrow{self.runs.removeprefix(self.env)}"
 
+
+NARROW_DRIFT = 0.3  # the largest training drift of data/demonstrations/ENV-narrow.npz
 READINGS = tuple(
     Reading(f"{drift}, heading {seen}", env, heading, env + ("" if heading else "-headless"))
     for heading, seen in ((True, "seen"), (False, "hidden"))
@@ -118,6 +124,14 @@ WITHOUT_RL = (  # where the question of Fig. 8 is asked beyond its own two panel
     _without_rl_where("cloning loss summed", "summed", 0.2),
     _without_rl_where("sigma fixed", "fixed-sigma", 0.2),
     _without_rl_where("all as the paper prints", "as-printed", 0.2),
+)
+
+_AGAIN = "ablation-again-two_wheeled-suboptimal-emrld-ws-w_rl"
+WITHOUT_RL_AGAIN = Pair(  # the one loss that WITHOUT_RL shows, with seeds that no one had seen
+    "TwoWheeled, suboptimal, EMRLD-WS, five new seeds",
+    "two_wheeled",
+    f"{_AGAIN}0.0",
+    f"{_AGAIN}1.0",
 )
 
 CLONING_ALONE = (  # cloning in the meta-update, as in Meta-BC, in place of RL; both adapt by cloning alone
