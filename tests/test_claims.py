@@ -223,7 +223,7 @@ def better_data():
 def data_alone(name, place):
     """Return what better data gain with each setting of the search, one seed, after one step."""
     gained = []
-    for setting in ("table1", "alpha0.1", "rate0.002", "fixed-sigma"):
+    for setting in ("table1", "alpha0.1", "rate0.002", "fixed-sigma", "clip0.5"):
         good, bad = (
             run_scores(
                 seeds_of(SHIPPED, f"search-{place.env}-{quality}-{name}-{setting}"), 1, place.goal
@@ -240,7 +240,7 @@ def correct_side(name, *places):
     return [run_scores(seeds, 1, place.goal).mean() for place in places]
 
 
-def better_for_us(name):
+def better_for(name):
     """Return the interval of what better data gain on HalfCheetah, mean over directions."""
     return shift_interval(*(at(BOTH_WAYS, quality, name) for quality in STEPS_SHOWN))
 
@@ -296,9 +296,9 @@ def at_the_first_budget(end=150):
 
 
 def cloned_both_ways():
-    """Return what Meta-BC's four whole seeds have on HalfCheetah: at least backward, at most forward."""
-    _, least, *_ = sorted(at(BACKWARD, "optimal", "meta-bc"))
-    return least, at(FORWARD, "optimal", "meta-bc").max()
+    """Return what Meta-BC has on HalfCheetah: at least backward, and its range forward."""
+    forward = min_and_max(at(FORWARD, "optimal", "meta-bc"))
+    return at(BACKWARD, "optimal", "meta-bc").min(), *forward
 
 
 def trained(*worlds):
@@ -317,23 +317,39 @@ def iterations_of(*worlds):
     return [load_config(seed).iterations for seed in trained(*worlds)]
 
 
-def cloned_rises():
-    """Return by how much Meta-BC's curves on HalfCheetah rise: mean, seeds, and the four whole ones."""
-    seeds = stored_seeds(SHIPPED, "half_cheetah", "optimal")["meta-bc"]
-    each = [late_rise([seed], EARNED["half_cheetah"]) for seed in seeds]
-    whole = late_rise(seeds[1:], EARNED["half_cheetah"])
-    return late_rise(seeds, EARNED["half_cheetah"]), *min_and_max(each), whole
+def unclipped(quality="optimal"):
+    """Return Meta-BC's runs on HalfCheetah without the clipped gradient of the comparison."""
+    return seeds_of(SHIPPED, f"half_cheetah-{quality}-meta-bc-unclipped")
+
+
+def unclipped_shares():
+    """Return Meta-BC's shares with optimal data, HalfCheetah's of its unclipped runs."""
+    goals_only = [scores(env, "optimal", "meta-bc") / EARNED[env] for env in PLENTIFUL]
+    return np.concatenate([*goals_only, run_scores(unclipped(), 1) / EARNED["half_cheetah"]])
 
 
 def broken_down():
-    """Return what 07 says of Meta-BC's seed that broke down on HalfCheetah."""
-    seed = stored_seeds(SHIPPED, "half_cheetah", "optimal")["meta-bc"][0]
+    """Return the best of Meta-BC's unclipped seed that lost all on HalfCheetah, and when it did."""
+    seed = unclipped()[0]
     moved = [row.kl for row in load_curve(seed / "curve.csv")]
     best, last = best_and_last(seed)
     assert abs(last) < 5 < 100 < best
-    stopped_in_time = np.append(at(BOTH_WAYS, "optimal", "meta-bc")[1:], best)
-    assert all(shift_interval(at(BOTH_WAYS, "optimal", n), stopped_in_time).low > 0 for n in OURS)
-    return best, int(np.argmax(moved)) + 1, len(moved), max(moved)
+    return best, int(np.argmax(moved)) + 1, len(moved)
+
+
+def without_clipping():
+    """Return what 07 says of Meta-BC's unclipped runs on HalfCheetah."""
+    both = {q: run_scores(unclipped(q), 1).mean() for q in STEPS_SHOWN}
+    raw = run_scores(unclipped(), 1)
+    assert all(shift_interval(at(BOTH_WAYS, "optimal", n), raw).low > 14.6 for n in OURS)
+    worst = max(row.kl for run in unclipped() for row in load_curve(run / "curve.csv"))
+    return [
+        *(*nats_of(unclipped()), worst, *nats_of(unclipped("suboptimal"))),
+        *both.values(),
+        *[at(BOTH_WAYS, q, "meta-bc").mean() for q in STEPS_SHOWN],
+        *broken_down(),
+        run_scores(unclipped(), 1, FORWARD.goal).min(),
+    ]
 
 
 DRIFTS = SEEN, SEEN_LITERAL, HIDDEN, HIDDEN_LITERAL = [reading.runs for reading in READINGS]
@@ -678,6 +694,8 @@ def gmps_in_bounds():
         *stayed_in_bounds(slow[1]),
         *min_and_max(stayed_in_bounds(gmps_on_point2d("optimal-gmps"))),
         *(nats_of(slow[0])[0], *nats_of(slow[1])),
+        *nats_of(seeds_of(SHIPPED, "search-point2d-suboptimal-gmps-clip0.5")),
+        nats_of(seeds_of(SHIPPED, "search-point2d-suboptimal-gmps-table1"))[0],
         *[training_scores(runs, window=SEARCH_END).mean() for runs in (first, own)],
     ]
 
@@ -778,16 +796,19 @@ CLAIMS = {
         *(*means("optimal", *OURS, places=GOALS[:1]), best("optimal", GOALS[0])),
         *(*means("optimal", *OURS, places=GOALS[1:]), best("optimal", GOALS[1])),
         smallest_lead("optimal", GOALS),
-        *(*means("optimal", *OURS, places=[BOTH_WAYS]), best("optimal", BOTH_WAYS)),
-        smallest_lead("optimal", [BOTH_WAYS]),
+        *(at(BOTH_WAYS, "optimal", "emrld").mean(), best("optimal", BOTH_WAYS)),
+        lead("optimal", BOTH_WAYS, "emrld", 1).low,
+        at(BOTH_WAYS, "optimal", "emrld-ws").mean(),
+        *lead("optimal", BOTH_WAYS, "emrld-ws", 1)[1:],
+        run_scores(unclipped(), 1).mean(),
         *at_the_first_budget(),
     ],
     "07#directions": lambda: [
         *means("optimal", *OURS, places=[FORWARD, BACKWARD]),
         *(FORWARD.earned, BACKWARD.earned),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD, BOTH_WAYS]),
-        *(*cloned_both_ways(), at(FORWARD, "optimal", "meta-bc").min()),
-        *broken_down(),
+        *cloned_both_ways(),
+        min(lead("optimal", FORWARD, name, 1).low for name in OURS),
         *means("optimal", "maml", places=[FORWARD, BACKWARD]),
     ],
     "07#wrong-way-unpunished": lambda: [
@@ -840,6 +861,7 @@ CLAIMS = {
         *above_one_nat("gmps", "two_wheeled", "optimal"),
         sorted(above_one_nat("gmps", env, q)[0] for env in TITLES for q in STEPS_SHOWN)[-4],
         *above_one_nat("meta-bc", "half_cheetah", "optimal"),
+        np.ceil(10 * max(largest_moves("half_cheetah", "meta-bc"))) / 10,  # at most
         *above_one_nat("meta-bc", "half_cheetah", "suboptimal"),
         above_one_nat("meta-bc", "two_wheeled", "optimal")[0],
         *nats_of([SHIPPED / "search-two_wheeled-optimal-meta-bc-table1-seed0"]),
@@ -847,6 +869,7 @@ CLAIMS = {
         *max(above_one_nat("meta-bc", reading.runs, "optimal") for reading in READINGS),
         *most_without_a_step("two_wheeled", "emrld"),
     ],
+    "07#meta-bc-clipped": without_clipping,
     "07#ahead-suboptimal": lambda: [
         *means("suboptimal", *OURS),
         smallest_lead("suboptimal", PLACES),
@@ -856,9 +879,8 @@ CLAIMS = {
         min(gap.low for gap in restricted("meta-bc")[:2]),
         better_data()[2],
         *(-restricted("gmps")[1].low, restricted("gmps")[1].high),
-        *sorted(at(BOTH_WAYS, "optimal", "meta-bc"))[1::3],
-        *min_and_max(at(BOTH_WAYS, "suboptimal", "meta-bc")),
-        iterations("half_cheetah", "suboptimal", "meta-bc"),
+        *better_for("meta-bc")[:2],
+        *[iterations("half_cheetah", quality, "meta-bc") for quality in STEPS_SHOWN],
         *(restricted("gmps")[3].estimate, -restricted("gmps")[2].estimate),
     ],
     "07#the-data-alone": lambda: [
@@ -867,9 +889,9 @@ CLAIMS = {
         *min_and_max(data_alone("gmps", PLACES[1])),
         *min_and_max(data_alone("gmps", BACKWARD)),
         *min_and_max([-gap for gap in data_alone("gmps", FORWARD)]),
-        *better_for_us("emrld"),
-        better_for_us("emrld-ws").estimate,
-        *(-better_for_us("emrld-ws").low, better_for_us("emrld-ws").high),
+        *better_for("emrld"),
+        better_for("emrld-ws").estimate,
+        *(-better_for("emrld-ws").low, better_for("emrld-ws").high),
     ],
     "07#pooled-means": lambda: [
         *[shares(quality, name).mean() for quality in STEPS_SHOWN for name in OURS],
@@ -880,8 +902,7 @@ CLAIMS = {
             for env in TITLES
         ],
         EARNED["half_cheetah"],
-        interquartile_mean(shares("optimal", "meta-bc")),
-        shares("optimal", "meta-bc").mean(),
+        *(summed(unclipped_shares()) for summed in (interquartile_mean, np.mean)),
     ],
     "07#drift-claims": lambda: [
         *[drift(name, 1) for name in ("emrld", "emrld-ws", "maml")],
@@ -908,8 +929,7 @@ CLAIMS = {
         -rise("point2d", "optimal", "gmps"),
         *min_and_max(rises(OURS, ["half_cheetah"])),
         *{iterations("half_cheetah", quality) for quality in STEPS_SHOWN},
-        *cloned_rises(),
-        rise("half_cheetah", "suboptimal", "meta-bc"),
+        *[rise("half_cheetah", quality, "meta-bc") for quality in STEPS_SHOWN],
         *[-fall for fall in climbs(SEEN_LITERAL, "meta-bc", "gmps")],
         *min_and_max(climbs(HIDDEN, *OURS) + climbs(HIDDEN_LITERAL, *OURS)),
         *climbs(HIDDEN, "maml"),
@@ -1033,7 +1053,7 @@ CLAIMS = {
     "README#HalfCheetah's mean hides its two directions": lambda: [
         *means("optimal", "emrld", places=[FORWARD, BACKWARD]),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD]),
-        *cloned_both_ways(),
+        *means("optimal", "meta-bc", places=[FORWARD, BACKWARD]),
         *broken_down()[1:3],
     ],
     "README#RL in the adaptation is not what makes it work, here": lambda: [
@@ -1086,12 +1106,12 @@ CLAIMS = {
         *searched("point2d-suboptimal-meta-bc", "table1", "fixed-sigma"),
         *above_one_nat("gmps", "point2d", "suboptimal"),
         *above_one_nat("gmps", "two_wheeled", "optimal"),
-        *above_one_nat("meta-bc", "half_cheetah", "optimal"),
+        *nats_of(unclipped()),
         *[TrustRegion().for_actions(dim).max_kl for dim in (2, 6)],
         max(largest_moves("point2d", "meta-bc")),
         *nats_of(gmps_on_point2d("suboptimal-gmps-first-order")),
         max(searched("point2d-*-gmps", "*") + searched("two_wheeled-*-gmps", "*")),
-        *[max(searched(f"half_cheetah-{q}-meta-bc", "*")) for q in STEPS_SHOWN],
+        *[run_scores(unclipped(), 1).mean(), at(BOTH_WAYS, "optimal", "meta-bc").mean()],
         max(0.0, *searched("half_cheetah-*-gmps", "*"), *searched("half_cheetah-*-maml", "*")),
         *goals(),
         *[run_scores(seeds_of(SHIPPED, f"{env}-meta-bc-plentiful"), 1).mean() for env in PLENTIFUL],
@@ -1135,7 +1155,9 @@ CLAIMS = {
             for number in (*means("optimal", *OURS, places=[place]), best("optimal", place))
         ],
         0.9,  # the level, 90 %
-        smallest_lead("optimal", (*GOALS, FORWARD, BOTH_WAYS)),
+        smallest_lead("optimal", (*GOALS, FORWARD)),
+        lead("optimal", BOTH_WAYS, "emrld", 1).low,
+        *lead("optimal", BOTH_WAYS, "emrld-ws", 1)[1:],
         iterations("half_cheetah", "optimal"),
         at_the_first_budget()[0],
         *at_the_first_budget()[-3:],
@@ -1204,7 +1226,7 @@ CLAIMS = {
         *means("optimal", "meta-bc")[:2],
         max(largest_moves("point2d", "meta-bc")),
         *falls("meta-bc", worlds=["two_wheeled"]),
-        *above_one_nat("meta-bc", "half_cheetah", "optimal"),
+        *nats_of(unclipped()),
         TrustRegion().for_actions(6).max_kl,
         *goals(),
         *[run_scores(seeds_of(SHIPPED, f"{env}-meta-bc-plentiful"), 1).mean() for env in PLENTIFUL],
@@ -1212,10 +1234,13 @@ CLAIMS = {
         1,  # sigma
         *cloned_both_ways(),
         *broken_down(),
+        run_scores(unclipped(), 1).mean(),
+        at(BOTH_WAYS, "optimal", "meta-bc").mean(),
     ],
     "ledger#claim-bad-data-limits-cloning": lambda: [
         *better_data(),
         *(restricted("gmps")[1].estimate, *restricted("gmps")[1][1:]),
+        better_for("meta-bc").estimate,
         *(restricted("gmps")[3].estimate, -restricted("gmps")[2].estimate),
         *[end for place in PLACES[:2] for end in min_and_max(data_alone("meta-bc", place))],
     ],
