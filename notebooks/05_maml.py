@@ -1093,9 +1093,8 @@ fitted = policy.distribution(run.meta_params, data.states)
 gaps = ((fitted.mean - data.actions) ** 2).unbind(-1)  # a gap per dimension of the action
 rest = [losses.task_mean(gap, data.mask).mean().sqrt() for gap in gaps]
 sigma = run.meta_params["log_sigma"].exp()
-print(
-    f"over all states they are {rest[0]:.2f} and {rest[1]:.2f} off, sigma is {sigma[0]:.2f} and {sigma[1]:.2f}"
-)
+print(f"over all states they are {rest[0]:.2f} and {rest[1]:.2f} off,", end="")
+print(f" sigma is {sigma[0]:.2f} and {sigma[1]:.2f}")
 
 # %% [markdown]
 # In this run it was: the mean of the one policy lies between the demonstrations, and its sigma is as wide as they lie off it. The tasks that did see a reward differ little, too (Figure 9), so a lack of reward is a part of the story at most. The paper again: "negligible learning signal", and little data for the meta-update. Both failures are findings only if

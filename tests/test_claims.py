@@ -17,6 +17,7 @@ import torch
 
 from emrld_lite.algorithms import ALGORITHMS
 from emrld_lite.demonstrations import load, load_demonstrations
+from emrld_lite.demonstrators.recipes import unseen_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.envs.two_wheeled_drift import ROBOT_DRIFT, ROBOT_TRIALS
 from emrld_lite.experiments.evaluation import BY_MEAN, SAMPLED, UNSEEN_TASKS
@@ -50,6 +51,7 @@ from emrld_lite.experiments.studies import (
     CLONING_ALONE,
     CONTROL,
     DOUBLE_USE,
+    NARROW_DRIFT,
     READINGS,
     SENSITIVITY_END,
     WEIGHTS,
@@ -380,6 +382,51 @@ def cloned_by_the_mean(reading):
     return run_scores(found, 1, table=BY_MEAN).mean()
 
 
+def narrowly_trained(name, reading, table=SAMPLED):
+    """Return scores (seed, drift) after a training on narrow drifts, and the drifts of the test."""
+    one = next(one for one in READINGS if one.runs == reading)
+    found = stored_seeds(SHIPPED, one.narrow, "optimal")[name]
+    drifts = unseen_demonstrations(one.env, "optimal", UNSEEN_TASKS).tasks[:, 0].numpy()
+    return task_scores(found, 1, table=table), drifts
+
+
+def beyond(name, reading, table=SAMPLED, sign=0):
+    """Return each seed's score on drifts beyond those of its training, on both sides or on one."""
+    tested, drifts = narrowly_trained(name, reading, table)
+    return tested[:, (sign * drifts if sign else abs(drifts)) > NARROW_DRIFT].mean(1)
+
+
+def within(name, reading):
+    """Return the mean score on the drifts that a narrow training did meet."""
+    tested, drifts = narrowly_trained(name, reading)
+    return tested[:, abs(drifts) <= NARROW_DRIFT].mean()
+
+
+def beyond_lead(name, reading, table=SAMPLED):
+    """Return the interval of one of our variants less MAML on those drifts."""
+    return shift_interval(*(beyond(n, reading, table) for n in (name, "maml")))
+
+
+def after_narrow_drifts():
+    """Return what 07 says of trainings on narrow drifts."""
+    return [
+        NARROW_DRIFT,
+        np.floor(10 * min(within(n, r) for n in (*OURS, "maml") for r in DRIFTS[:2])) / 10,
+        *[beyond(name, SEEN).mean() for name in ("maml", *OURS)],
+        *[-beyond_lead(name, SEEN, table).high for table in (SAMPLED, BY_MEAN) for name in OURS],
+        *[beyond(name, SEEN, sign=1).mean() for name in (*OURS, "maml")],
+        ROBOT_DRIFT,
+        *[beyond(name, SEEN, sign=-1).mean() for name in (*OURS, "maml")],
+        *[beyond(name, SEEN_LITERAL).mean() for name in (*OURS, "maml")],
+        *[beyond(name, HIDDEN).mean() for name in (*OURS, "maml")],
+        *[beyond(name, HIDDEN_LITERAL).mean() for name in ("emrld", "maml")],
+        *[beyond_lead("emrld", HIDDEN_LITERAL, table).low for table in (SAMPLED, BY_MEAN)],
+        beyond("emrld-ws", HIDDEN_LITERAL).mean(),
+        *[max(beyond(name, reading).mean() for reading in DRIFTS) for name in ("meta-bc", "gmps")],
+        NARROW_DRIFT,
+    ]
+
+
 def readings():
     """Return what 07 says of the experiment without the heading, and with the drift as printed."""
     printed = stored_seeds(SHIPPED, SEEN_LITERAL, "optimal")
@@ -400,6 +447,13 @@ def readings():
         *[drift(name, 1, SEEN_LITERAL) for name in ("meta-bc", "gmps")],
         *[drift(name, 1, HIDDEN_LITERAL) for name in ("meta-bc", "gmps")],
         *[max(searched(f"{reading}-optimal-meta-bc", "*")) for reading in PRINTED],
+        *[searched(f"{reading}-optimal-meta-bc", "clip0.5")[0] for reading in (SEEN, HIDDEN)],
+        *[
+            training_scores(
+                stored_seeds(SHIPPED, reading, "optimal")["meta-bc"], window=SEARCH_END
+            )[0]
+            for reading in (SEEN, HIDDEN)
+        ],
         max(best_and_last(run)[0] for run in printed["meta-bc"]),
     ]
 
@@ -914,6 +968,7 @@ CLAIMS = {
         *[drift(name, 1) for name in ("meta-bc", "gmps")],
         cloned_by_the_mean(SEEN),
     ],
+    "07#narrow-drifts": after_narrow_drifts,
     "07#reading-claims": readings,
     "07#blind-by-the-mean": readings_by_the_mean,
     "07#flattened": lambda: [
@@ -1077,6 +1132,8 @@ CLAIMS = {
         drift_lead("emrld-ws", HIDDEN).low,
         drift("emrld", 1, HIDDEN),
         *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
+        NARROW_DRIFT,
+        *[beyond(name, SEEN).mean() for name in ("maml", *OURS)],
     ],
     "README#On a robot that training never saw one step is enough": lambda: [
         ROBOT_DRIFT,
@@ -1265,6 +1322,9 @@ CLAIMS = {
         *[drift(name, 1, reading) for name in ("meta-bc", "gmps") for reading in PRINTED],
         *[drift_lead(name, HIDDEN, BY_MEAN).low for name in OURS],
         *map(cloned_by_the_mean, (SEEN, SEEN_LITERAL)),
+        NARROW_DRIFT,
+        *[beyond(n, r).mean() for r in (SEEN, SEEN_LITERAL) for n in (*OURS, "maml")],
+        *[beyond(n, r).mean() for r in (HIDDEN, HIDDEN_LITERAL) for n in (*OURS, "maml")],
         *[
             end
             for reading in (SEEN, HIDDEN, HIDDEN_LITERAL)

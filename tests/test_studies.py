@@ -47,7 +47,7 @@ def test_every_stored_run_is_in_a_grid():
 
 def test_the_stored_runs_are_small_enough_to_clone():
     sizes = [os.path.getsize(path) for path in SHIPPED.rglob("*") if path.is_file()]
-    assert sum(sizes) < 60e6
+    assert sum(sizes) < 65e6
 
 
 def test_a_switch_changes_one_thing_and_no_seed():
@@ -109,7 +109,9 @@ def test_a_panel_of_the_ablation_leaves_out_one_loss(quality):
             assert getattr(config.adaptation(quality), weight) == 0.0
 
 
-@pytest.mark.parametrize("pair", studies.WITHOUT_RL, ids=lambda pair: pair.changed)
+@pytest.mark.parametrize(
+    "pair", (*studies.WITHOUT_RL, studies.WITHOUT_RL_AGAIN), ids=lambda pair: pair.changed
+)
 def test_a_pair_without_rl_in_the_adaptation_differs_in_that_alone(pair):
     for config, control in twins(pair):
         assert changed(config, control, pair.end(SHIPPED)) == ["w_rl"]
@@ -163,6 +165,27 @@ def test_a_reading_differs_in_the_drift_and_in_the_state_alone(reading):
             twin = load_config(first[name][int(run.name[-1])])
             allowed = {"env", "heading"} | ({"adapt_lr"} if name == "meta-bc" else set())
             assert set(differences(config, twin)) <= allowed  # a baseline has what its search chose
+
+
+@pytest.mark.parametrize("reading", studies.READINGS, ids=lambda reading: reading.narrow)
+def test_narrow_drifts_change_the_training_tasks_alone(reading):
+    narrow = stored_seeds(SHIPPED, reading.narrow, "optimal")
+    spread = stored_seeds(SHIPPED, reading.runs, "optimal")
+    assert list(narrow) == list(spread)  # all five algorithms
+    for name, seeds in narrow.items():
+        for run, twin in zip(seeds, spread[name], strict=True):
+            assert differences(load_config(run), load_config(twin)) == ["demos"]
+        drifts = runs.load_run(seeds[0]).load_demonstrations().tasks
+        assert float(drifts.abs().max()) == pytest.approx(studies.NARROW_DRIFT)
+
+
+def test_new_seeds_are_seeds_that_no_control_had():
+    old, new = (
+        {load_config(run).seed for side in pair.runs(SHIPPED) for run in side}
+        for pair in (studies.WITHOUT_RL[3], studies.WITHOUT_RL_AGAIN)
+    )
+    assert (len(old), len(new)) == (SEEDS, SEEDS)
+    assert not old & new
 
 
 def test_a_study_of_nothing_is_empty(tmp_path):
