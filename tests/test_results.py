@@ -247,6 +247,7 @@ def test_every_figure_is_drawn_from_the_stored_runs(tmp_path):
         "fig-5-trajectories",
         "fig-6-drift",
         "drift-readings",
+        "drift-narrow",
         "fig-6-robot",
         "fig-7-sensitivity",
         "fig-8-ablation",
@@ -275,6 +276,19 @@ def test_a_column_shows_the_means_of_its_runs_and_names_its_axes():
         seeds = results.stored_seeds(runs.SHIPPED, "half_cheetah", "optimal")["gmps"]
         expected = np.mean([in_direction(seed, goal, 2) for seed in seeds])
         assert lines["GMPS"][2] == pytest.approx(expected)
+
+
+def test_the_figure_by_drift_has_each_drift_at_its_place():
+    lower = drift_figures.by_drift(runs.SHIPPED).axes[4]  # narrow drifts, a rate, the heading seen
+    line = next(line for line in lower.get_lines() if line.get_label() == "MAML")
+    shown = dict(zip(*line.get_data(), strict=True))
+    assert len(shown) == 20
+    found = {}
+    for seed in results.seeds_of(runs.SHIPPED, "two_wheeled_drift-narrow-optimal-maml"):
+        for row in rows_of(seed):
+            if row["step"] == "1":
+                found.setdefault(np.float32(row["goal"]), []).append(float(row["return"]))
+    assert shown == pytest.approx({drift: np.mean(returns) for drift, returns in found.items()})
 
 
 def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
@@ -325,6 +339,7 @@ def test_the_demonstrations_stand_by_world_and_quality():
     "draw",
     [
         drift_figures.drift,
+        drift_figures.by_drift,
         study_figures.sensitivity,
         study_figures.ablation,
         study_figures.switches,

@@ -14,7 +14,7 @@ from ..demonstrators.recipes import unseen_demonstrations
 from ..envs import make
 from ..storage import write_atomically
 from . import plotting
-from .drift_figures import drift, readings
+from .drift_figures import by_drift, drift, readings
 from .evaluation import evaluate_run
 from .panels import GOALS_SHOWN, adaptation, one_legend, training
 from .results import PLACES, STEPS_SHOWN, TITLES, stored_seeds
@@ -33,6 +33,7 @@ def draw(folder: Path, out: Path) -> list[Path]:
         "fig-5-trajectories": trajectories(folder),
         "fig-6-drift": drift(folder),
         "drift-readings": readings(folder),
+        "drift-narrow": by_drift(folder),
         "fig-6-robot": paper_robot(folder),
         "fig-7-sensitivity": sensitivity(folder),
         "fig-8-ablation": ablation(folder),
