@@ -750,6 +750,9 @@ def gmps_in_bounds():
         *(nats_of(slow[0])[0], *nats_of(slow[1])),
         *nats_of(seeds_of(SHIPPED, "search-point2d-suboptimal-gmps-clip0.5")),
         nats_of(seeds_of(SHIPPED, "search-point2d-suboptimal-gmps-table1"))[0],
+        *nats_of(gmps_on_point2d("gmps-paths")),
+        *[run_scores(seeds_of(SHIPPED, f"{env}-gmps-paths"), 1).mean() for env in PLENTIFUL],
+        *means("optimal", "gmps", places=GOALS),
         *[training_scores(runs, window=SEARCH_END).mean() for runs in (first, own)],
     ]
 
@@ -1167,6 +1170,8 @@ CLAIMS = {
         *[TrustRegion().for_actions(dim).max_kl for dim in (2, 6)],
         max(largest_moves("point2d", "meta-bc")),
         *nats_of(gmps_on_point2d("suboptimal-gmps-first-order")),
+        *[run_scores(seeds_of(SHIPPED, f"{env}-gmps-paths"), 1).mean() for env in PLENTIFUL],
+        *means("optimal", "gmps", places=GOALS),
         max(searched("point2d-*-gmps", "*") + searched("two_wheeled-*-gmps", "*")),
         *[run_scores(unclipped(), 1).mean(), at(BOTH_WAYS, "optimal", "meta-bc").mean()],
         max(0.0, *searched("half_cheetah-*-gmps", "*"), *searched("half_cheetah-*-maml", "*")),
@@ -1278,6 +1283,8 @@ CLAIMS = {
         *above_one_nat("gmps", "point2d", "suboptimal"),
         *nats_of(gmps_on_point2d("suboptimal-gmps-first-order")),
         *nats_of(gmps_on_point2d("suboptimal-gmps-rate0.002-long")),
+        *[end for env in PLENTIFUL for end in nats_of(seeds_of(SHIPPED, f"{env}-gmps-paths"))],
+        *[run_scores(seeds_of(SHIPPED, f"{env}-gmps-paths"), 1).mean() for env in PLENTIFUL],
     ],
     "ledger#claim-meta-bc-fails": lambda: [
         *means("optimal", "meta-bc")[:2],
