@@ -877,8 +877,9 @@ CLAIMS = {
         *means("optimal", "emrld", places=[FORWARD, BACKWARD]),
         *correct_side("gmps", FORWARD, BACKWARD),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD]),
-        *correct_side("emrld", BOTH_WAYS),
-        *correct_side("gmps", BOTH_WAYS),
+        *correct_side("maml", BACKWARD, FORWARD),
+        *[correct_side(name, BOTH_WAYS)[0] for name in ("emrld", "maml", "gmps")],
+        np.mean([np.maximum(at(way, "optimal", "meta-bc"), 0) for way in (FORWARD, BACKWARD)]),
     ],
     "07#warm-start-or-not": lambda: [
         end
@@ -1189,6 +1190,7 @@ CLAIMS = {
         *peaks_and_ends("two_wheeled", "maml"),
         max(searched("two_wheeled-*-maml", "unscaled", at_best=True)),
         scores("half_cheetah", "optimal", "maml").mean(),
+        *[correct_side(name, BOTH_WAYS)[0] for name in ("maml", "emrld")],
     ],
     "README#Noise, not quality, decides whether TwoWheeled data can be copied": lambda: [],
     "README#A run is a draw, and none is lost": lambda: [
@@ -1274,6 +1276,7 @@ CLAIMS = {
         scores("point2d", "optimal", "maml").mean(),
         *min_and_max(each("two_wheeled", "optimal", "maml")),
         *means("optimal", "maml", places=[FORWARD, BACKWARD]),
+        *correct_side("maml", FORWARD, BACKWARD),
     ],
     "ledger#claim-gmps-fails": lambda: [
         *means("optimal", "gmps"),
