@@ -401,7 +401,7 @@ gap = again["unseen tasks"][WITHOUT_RL_AGAIN.title]
 guess.reveal("again", f"{gap:+.1f}")
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** The new seeds do not show it: without RL they return 75.2 on unseen goals and with it 75.0, a difference of 1.3 that may be anything from -5.2 to 4.9; on the training tasks one of -3.6, anything from -9.8 to 1.8. So the loss at the edge was most likely chance: a verdict picked out of twenty *because* it fell so is no evidence until it is repeated. A loss that matters, 5 or more, remains just possible.
+# **Measured.** The new seeds do not show it: without RL they return 75.2 on unseen goals and with it 75.0, a difference (in the median over all pairs, as ever) of 1.3 that may be anything from -5.2 to 4.9; on the training tasks one of -3.6, anything from -9.8 to 1.8. So the loss at the edge may well have been chance: a verdict picked out of twenty *because* it fell so is no evidence until it is repeated. A loss that matters, 5 or more, remains just possible.
 
 # %% [markdown]
 # ### RL in the meta-update, by a clean pair
