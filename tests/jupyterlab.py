@@ -22,8 +22,11 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator
 
 TOKEN = "only-for-this-test"
-START = 120  # seconds that a server may take
+START = 120  # seconds that a server or a kernel may take
 RUN = 600_000  # milliseconds that the cells of a notebook may take
+# The status bar's words. The notebook's own indicator says "idle" before it has a kernel, too, and
+# cells that are run then are lost: JupyterLab forgets them, or asks for a kernel.
+CONNECTED = re.compile(r" \| Idle$")
 SETTINGS = {
     "@jupyterlab/apputils-extension:notification": {"fetchNews": "false", "checkForUpdates": False}
 }
@@ -72,7 +75,7 @@ class Lab:
     """One notebook in JupyterLab, on a new page of the browser."""
 
     def __init__(self, chromium: Browser, url: str, path: Path) -> None:
-        """Open a notebook that lies in the server's folder; return when all its cells are there."""
+        """Open a notebook that lies in the server's folder; return when its cells and kernel are there."""
         from playwright.sync_api import expect  # noqa: PLC0415 - may be missing
 
         self.expect, self.path = expect, path
@@ -85,7 +88,7 @@ class Lab:
         outputs = self.page.locator(".jp-OutputArea-output")
         self.failures = outputs.filter(has_text="Traceback (most recent call last)")
         expect(self.cells).to_have_count(len(self.saved().cells))
-        expect(self.idle).to_be_visible()
+        expect(self.page.get_by_role("button", name=CONNECTED)).to_be_visible(timeout=START * 1000)
 
     def saved(self) -> nbformat.NotebookNode:
         """Return the notebook as it lies in the folder."""
