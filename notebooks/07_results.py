@@ -812,7 +812,7 @@ guess.reveal("adapt", f"{before['maml'].mean() / drifts['maml'].mean():.0%}")
 # finds it once luck has found the reward, which a disc of radius 0.5 allows.
 
 # %% [markdown]
-# **Now hide the heading.** A policy that sees its position alone cannot look where it is turned to. It can still hold a path, since on *one* path the place tells the heading; but which turn belongs to a place depends on the drift, and only the adaptation can tell that. **Predict first.** What is left of MAML after one step, as a share of EMRLD-WS?
+# **Now hide the heading.** A policy that sees its position alone cannot look where it is turned to. It can still hold a path, since on *one* path the place tells the heading; but which turn belongs to a place depends on the drift, and it would seem that only the adaptation can tell that. **Predict first.** What is left of MAML after one step, as a share of EMRLD-WS?
 
 # %%
 guess.ask("headless", "MAML as a share of EMRLD-WS, heading hidden (%)")
@@ -840,11 +840,54 @@ blind = {name: after[READINGS[2], name].mean() for name in ("emrld-ws", "maml")}
 guess.reveal("headless", f"{blind['maml'] / blind['emrld-ws']:.0%}")
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** With the heading hidden and the drift a rate **the claim holds for EMRLD-WS**: it has 41.1 after one step where MAML has 19.9, and is ahead by 1.5 to 37.1. EMRLD's 31.2 cannot be distinguished from MAML's, one of whose seeds has 47.4. Meta-BC is left with 4.0 (with sigma fixed and by its mean action with 0.0) and GMPS with 0.0. The curves of EMRLD, EMRLD-WS and MAML still
-# climb after 150 iterations, by 6 %, 18 % and 36 % of their level, so this is a comparison at a budget.
-# **With the drift as printed it holds for both variants, in both states.** With the heading EMRLD and EMRLD-WS have 74.3 and 74.4 and MAML 69.1, whose worst drift earns at most 45.1; without it the three have 25.4, 31.6 and 1.4, and the variants are ahead by at least 2.7 and 5.3. The paper's formula and the paper's state together come nearest to the paper's picture: MAML fails with every seed, and of either variant four seeds of five adapt. One of each hardly does, and both curves still climb, by about a fifth. Sampled, Meta-BC and GMPS fail there as well, with 25.5 and 1.4 with the heading and 6.1 and 0.4 without it. (On the training tasks no other setting of Meta-BC ends above 32.7, with a clipped gradient, or 11.8 without the heading; search, one seed. With a rate clipping takes Meta-BC to 26.4 and 11.4, from 35.5 and 5.0 with the same seed. Halfway through the training its five seeds had up to 52.0 over ten iterations, and lost it again.)
+# **Measured.** With the heading hidden and the drift a rate **the claim holds for EMRLD-WS, by little**: after one step it has 53.3 where MAML has 44.4, and is ahead by 0.5 to 19.6. EMRLD's 45.1 cannot be distinguished from MAML's: a loss of 9.8 is possible, and a gain of 15.9. The variants do adapt, from 12.9 and 10.2 before the step. MAML does not: it has 45.6 before it. So even a policy that sees its position alone can steer against a good part of the drifts, perhaps because where the robot stands tells how far it was turned. Meta-BC is left with 4.0 (with sigma fixed and by its mean action with 0.0) and GMPS with 0.0.
+# **With the drift as printed it holds for both variants, in both states.** With the heading EMRLD and EMRLD-WS have 74.3 and 74.4 and MAML 69.1, whose worst drift earns at most 45.1. Without it **the paper's picture is there in full**: 55.7, 57.2 and 10.0, every seed of either variant is ahead of every seed of MAML, and the variants lead by at least 36.8 and 39.8. These are the paper's formula and the state of the paper's text. Sampled, Meta-BC and GMPS fail there as well, with 25.5 and 1.4 with the heading and 6.1 and 0.4 without it. (On the training tasks no other setting of Meta-BC ends above 32.7, with a clipped gradient, or 11.8 without the heading; search, one seed. With a rate clipping takes Meta-BC to 26.4 and 11.4, from 35.5 and 5.0 with the same seed. Halfway through the training its five seeds had up to 52.0 over ten iterations, and lost it again.)
+
+# %% [markdown]
+# **How long must one train to see this?** With the heading seen all three are flat after 150 iterations. With the heading hidden they are not, so EMRLD, EMRLD-WS and MAML ran 500 there, as long as the released code. **Predict first.** MAML's return on its training tasks after 150 iterations: which share is it of what MAML has after 500?
+
+# %%
+guess.ask("budget", "MAML after 150 of 500 iterations, as a share of its end (%)")
+
+# %% tags=["hidden-budget", "reveal"]
+BUDGETS = (50, 150, 300, 500)
+reached = {}
+for reading in READINGS[2:]:
+    print(f"{reading.title}: mean training return after {', '.join(map(str, BUDGETS))} iterations")
+    found = stored_seeds(runs.SHIPPED, reading.runs, "optimal")
+    for name in (*OURS, "maml"):
+        for end in BUDGETS:
+            reached[reading, name, end] = training_scores(found[name], end)
+        line = "".join(f"{reached[reading, name, end].mean():7.1f}" for end in BUDGETS)
+        print(f"  {plotting.label(name):9}{line}")
+    for end in (150, 500):
+        for name in OURS:
+            gap = judge(reached[reading, name, end], reached[reading, "maml", end])
+            print(f"  {plotting.label(name):9}less MAML after {end}: {gap:+5.1f}   {verdict(gap)}")
+ends = [reached[READINGS[2], "maml", end].mean() for end in (150, 500)]
+guess.reveal("budget", f"{ends[0] / ends[1]:.0%}")
+
+# %% [markdown] tags=["reveal"]
+# **Measured.** With a rate EMRLD, EMRLD-WS and MAML have 31.8, 41.4 and 19.7 after 150 iterations and 45.6, 52.7 and 44.8 after 500; as printed they have 28.1, 33.5 and 1.6, and 57.1, 58.8 and 11.9. So with a rate most of the variants' lead was one of speed: EMRLD-WS's shrinks from 24.8 to 5.7. As printed it is not, and it grows. MAML, flat and near nothing in its first fifty iterations, has not come to its end after 500 either: its curves still climb, by 7.5 % and 27.5 %, while the variants rise by 0.8 % to 9.0 %.
 #
-# But what they reach without the heading is a fraction of what the demonstrations earn. Is it the adaptation that fails, or the policy's own noise? Each drawn action turns the robot a little, a policy without the heading does not see it, and the turns add up. So here are the same policies, before the step and after it, acting by their mean:
+# **Does a mean over drifts say enough?** The drift of the paper's robot is negative. So here are the two sides apart:
+
+# %% tags=["hidden-by-side", "reveal"]
+for reading in READINGS[2:]:
+    drifts = unseen_demonstrations(reading.env, "optimal", 20).tasks[:, 0].numpy()
+    found = stored_seeds(runs.SHIPPED, reading.runs, "optimal")
+    for side, chosen in (("negative", drifts < 0), ("positive", drifts > 0)):
+        print(f"{reading.title}, {chosen.sum()} {side} drifts, one step")
+        by_seed = {name: task_scores(found[name], 1)[:, chosen].mean(1) for name in (*OURS, "maml")}
+        for name, each in by_seed.items():
+            print(f"  {plotting.label(name):9}{worst_to_best(each):5.1f}", end="")
+            gap = judge(each, by_seed["maml"])
+            print("" if name == "maml" else f"   less MAML: {gap:+5.1f}   {verdict(gap)}")
+
+# %% [markdown] tags=["reveal"]
+# **Measured.** With a rate it hides two cases. On the negative drifts EMRLD has 64.7, EMRLD-WS 68.0 and MAML 49.5, and **both variants are ahead**, by at least 5.3 and 12.1; on the positive ones they have 32.0, 43.6 and 40.9, and nobody is. (Figure 14 shows where: beyond 0.5 the variants lose most of it. Why on that side was not tested.) As printed both variants lead on either side, by at least 22.8.
+#
+# But what a policy reaches without the heading falls short of what the demonstrations earn. Is it the adaptation that fails, or the policy's own noise? Each drawn action turns the robot a little, a policy without the heading does not see it, and the turns add up. So here are the same policies, before the step and after it, acting by their mean:
 
 # %% tags=["blind-by-the-mean", "reveal"]
 by_mean = {}
@@ -860,9 +903,9 @@ for reading in READINGS:
         print(f"  {plotting.label(name):9} less MAML: {gap:+5.1f}   {verdict(gap)}")
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** So the step does what it should, and the noise hides a good part of what it gains. With the heading hidden and the drift a rate EMRLD has 48.3 by the mean action and EMRLD-WS 61.8, from 9.6 and 10.8 before the step; MAML's step gains next to nothing, 25.3 from 23.4, and one seed of it has 57.9, a policy that copes with most drifts without adapting. By this score both variants are ahead of MAML in three of the four readings: by at least 5.1 and 9.6 here, by 8.8 and 3.9 as printed without the heading, and by 0.2 and 0.3 with it, where little is left to gain. In the fourth, the heading seen and the drift a rate, a lead of EMRLD of more than 0.4 is excluded. And where the heading is seen, Meta-BC needs no RL by this score: 45.6 and 38.4 with its sigma learned, but 74.4 and 74.5 with sigma fixed (search, one seed). Without the heading it has 3.3 and 3.6, and 1.5 at most with sigma fixed.
+# **Measured.** So the step does what it should, and the noise hides a part of what it gains. With the heading hidden and the drift a rate EMRLD has 52.4 by the mean action and EMRLD-WS 60.9, from 16.6 and 10.2 before the step; MAML's step gains next to nothing, 53.1 from 51.6, and its best seed has 62.5. By this score neither variant can be told from MAML there: EMRLD's lead may be anything from -16.0 to 20.8, that of EMRLD-WS from -2.8 to 19.9. As printed both are ahead, by at least 46.2 and 46.5 without the heading, and by 0.2 and 0.3 with it, where little is left to gain. In the fourth reading, the heading seen and the drift a rate, a lead of EMRLD of more than 0.4 is excluded. And where the heading is seen, Meta-BC needs no RL by this score: 45.6 and 38.4 with its sigma learned, but 74.4 and 74.5 with sigma fixed (search, one seed). Without the heading it has 3.3 and 3.6, and 1.5 at most with sigma fixed.
 #
-# **The verdict, then, depends on two sentences of the paper.** With the heading in the state and a drift that is a rate there is nothing to adapt to, and MAML is as good as EMRLD. Take away the heading, and EMRLD-WS is ahead, by the mean action EMRLD as well; let the drift act as printed, and both variants are. All this with training drifts as wide as the test's: with narrow ones MAML is ahead where the first reading holds, and EMRLD in one reading of four (section 12).
+# **The verdict, then, depends on two sentences of the paper.** With the heading in the state and a drift that is a rate there is nothing to adapt to, and MAML is as good as EMRLD. Take away the heading, and MAML, trained long enough, still finds one policy for most drifts; EMRLD-WS is ahead of it by little, and both variants are on the side of the paper's own drift. Let the drift act as printed, and both are; without the heading by far. All this with training drifts as wide as the test's: with narrow ones MAML is ahead where the first reading holds (section 12).
 
 # %% [markdown]
 # **Turn the drift yourself.** The same stored policies (seed 0), the drift a rate, each value of the slider shown by one demonstration. Which algorithms does the adaptation step change, and at which drifts? Then hide the heading.
@@ -966,7 +1009,7 @@ print(f"* climbing: more than {FLAT:.0%}")
 #
 # The mean over seeds can hide opposite cases. MAML "falls" on TwoWheeled because one seed loses much of its level while another gains, and is "flat" on Point2D because four seeds fall a little and one climbs. EMRLD's late seed on Point2D with optimal data still climbs as well.
 #
-# **Measured.** With changing dynamics these are the words for a rate and the heading seen. As printed EMRLD, EMRLD-WS and MAML are flat there, too, and Meta-BC and GMPS fall, by 27.1 % and 52.2 % of little. Without the heading EMRLD and EMRLD-WS still climb in both readings, by 6.4 % to 20.5 %, and MAML by 36.1 % with a rate, but not as printed; Meta-BC climbs as printed, by 10.1 % of very little.
+# **Measured.** With changing dynamics these are the words for a rate and the heading seen. As printed EMRLD, EMRLD-WS and MAML are flat there, too, and Meta-BC and GMPS fall, by 27.1 % and 52.2 % of little. Without the heading EMRLD is flat after 500 iterations, at 3.1 % and 4.7 %; EMRLD-WS is with a rate, at 0.8 %, and climbs by 9.0 % as printed; MAML climbs by 7.5 % and 27.5 %, and Meta-BC as printed by 10.1 % of very little.
 
 # %% tags=["divergence", "reveal"]
 figure, panels = plt.subplots(2, 3, figsize=(10.5, 6.4), sharey=True)
@@ -1073,7 +1116,7 @@ clock.at("the paper's claims")
 # | 5 | **differs**: MAML learns a little on Point2D, on TwoWheeled it finds goals and loses them, and on HalfCheetah it stands still with the reward of appendix B's formula but not with Section 4.1's; GMPS fails on Point2D and has no more than MAML on TwoWheeled, but its training breaks down as well, and on HalfCheetah it runs backward for both tasks, with rewards in sight | sections 2 and 7 |
 # | 6 | **holds** in three environments of three after one step and, with a smaller rate, after three; without it on the goal-reaching two, EMRLD on TwoWheeled at the edge | sections 3 and 8 |
 # | 7 | **differs**: seen for Meta-BC on the goal-reaching two with every setting that was tried, on HalfCheetah with its own; for GMPS not | section 3 |
-# | 8 | **holds** with the drift as printed, for both variants, when they are sampled (by its mean action Meta-BC with sigma fixed does as well where the heading is seen, one seed); **differs** with a rate: without the heading for EMRLD-WS only (by the mean action for both), with it MAML does as well as EMRLD, and EMRLD-WS is ahead by a hair; and with narrow training drifts, but for EMRLD in one reading | sections 4 and 12 |
+# | 8 | **holds** with the drift as printed, for both variants, when they are sampled (by its mean action Meta-BC with sigma fixed does as well where the heading is seen, one seed); by far without the heading; **differs** with a rate: without the heading EMRLD-WS is ahead by little, and either variant on negative drifts only, with it MAML does as well as EMRLD, and EMRLD-WS is ahead by a hair; and with narrow training drifts where the heading is seen | sections 4 and 12 |
 # | 9 | not distinguishable | section 2 |
 #
 # The appendices' three sentences, about $w_{\mathrm{rl}}$ and $w_{\mathrm{bc}}$, are notebook 08's.
@@ -1083,7 +1126,7 @@ clock.at("the paper's claims")
 #
 # | point | paper | released code | this workbook |
 # |---|---|---|---|
-# | iterations | not given | 700, or 500 | 100 to 300 for EMRLD and EMRLD-WS, 150 to 500 for MAML; section 5 lists who still climbs |
+# | iterations | not given | 700, or 500 | 100 to 500 for EMRLD and EMRLD-WS, 150 to 500 for MAML; section 5 lists who still climbs |
 # | which episodes count | $M$ trajectories | the first 20 to finish out of 30 | exactly 20, none dropped |
 # | how a policy acts in the tests | not said ("during training" sampled) | not compared | sampled, and by its mean action (section 2) |
 # | bands in the figures | standard deviation over seeds in training, over test tasks in the tests | – | from the lowest seed to the highest |
@@ -1445,7 +1488,7 @@ figure = drift_figures.by_drift(runs.SHIPPED)
 plt.show()
 
 # %% [markdown] tags=["reveal"]
-# *Figure 14. Return after one adaptation step by the test drift, a column per reading. Above: the policies of section 4, trained on drifts spread over the whole axis. Below: policies trained on drifts in the grey part only. Lines are means over five seeds, bands reach from the lowest seed to the highest. In which columns does a line of the lower row keep its height outside of the grey part?*
+# *Figure 14. Return after one adaptation step by the test drift, a column per reading. Above: the policies of section 4, trained on drifts spread over the whole axis. Below: policies trained on drifts in the grey part only. Lines are means over five seeds, bands reach from the lowest seed to the highest. With the heading hidden EMRLD, EMRLD-WS and MAML were trained for 500 iterations above and for 150 below. In which columns does a line of the lower row keep its height outside of the grey part?*
 
 # %% tags=["narrow-drifts", "reveal"]
 lost = {}
@@ -1480,7 +1523,7 @@ for reading in READINGS:
 guess.reveal("narrow", ", ".join(f"{lost[READINGS[0], name]:.1f}" for name in ("emrld", "maml")))
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** On drifts within 0.3 and with the heading in the state all three, EMRLD, EMRLD-WS and MAML, have 74.3 or more. Beyond them **the claim turns round**: with the drift a rate MAML keeps 70.9, EMRLD and EMRLD-WS 50.1 and 47.7, and they are behind by at least 13.1 and 18.8 (by the mean action 9.2 and 11.3). That mean hides two sides: at positive drifts the three have 30.1, 24.5 and 74.2, at negative ones, where the paper's -0.65 lies, 72.8, 74.3 and 67.1. With the drift as printed their 65.2 and 60.7 cannot be told from MAML's 69.9. Without the heading and with a rate nobody is ahead, at 20.3, 11.6 and 20.2; as printed EMRLD is, with 22.2 to MAML's 5.7, by 0.2 at least (by the mean action 9.8), and EMRLD-WS's 14.2 cannot be told. Meta-BC and GMPS return at most 4.2 and 0.5 beyond 0.3, sampled.
+# **Measured.** On drifts within 0.3 and with the heading in the state all three, EMRLD, EMRLD-WS and MAML, have 74.3 or more. Beyond them **the claim turns round**: with the drift a rate MAML keeps 70.9, EMRLD and EMRLD-WS 50.1 and 47.7, and they are behind by at least 13.1 and 18.8 (by the mean action 9.2 and 11.3). That mean hides two sides: at positive drifts the three have 30.1, 24.5 and 74.2, at negative ones, where the paper's -0.65 lies, 72.8, 74.3 and 67.1. With the drift as printed their 65.2 and 60.7 cannot be told from MAML's 69.9. Without the heading and with a rate nobody is ahead, at 20.3, 11.6 and 20.2; as printed EMRLD is, with 22.2 to MAML's 5.7, by 0.2 at least (by the mean action 9.8), and EMRLD-WS's 14.2 cannot be told. But these trainings without the heading ended after 150 iterations, while MAML's curves climbed by 27.7 % and 32.9 % of their level; those on spread drifts went on to 500, and MAML more than doubled its return. So without the heading this is a comparison at a budget, not a verdict. Meta-BC and GMPS return at most 4.2 and 0.5 beyond 0.3, sampled.
 #
 # So narrow drifts in the training do not make MAML fail. Where it sees its heading it has learned to steer by it, and that serves drifts it never met; the adapted policies of EMRLD would have to go beyond the demonstrations that their step learned from. (That this is the reason was not tested.) If the paper's drifts were narrow, its claim is harder to reach here, not easier.
 

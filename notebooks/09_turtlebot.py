@@ -454,12 +454,12 @@ for name in ("emrld", "maml"):
 # All this is by the odometry, which ends the episode and pays for it: by it EMRLD arrives in 100 % of the episodes after its step. The robot itself stood in the goal's box in 49 % of them, and in 32 % of MAML's. An episode ends as soon as the odometry is inside the box, at its edge, where a few centimetres decide. The paper does not say how its robot's arrival was measured.
 
 # %% [markdown]
-# **And a policy that does not see its heading?** The paper's text puts the robot's position into the state and no heading ($S \in \mathbb R^2$); notebook 07 has trained the same algorithms so. Such a policy knows where it is and not where it looks. **Predict first.** Which of them arrives on the robot after one step?
+# **And a policy that does not see its heading?** The paper's text puts the robot's position into the state and no heading ($S \in \mathbb R^2$); notebook 07 has trained the same algorithms so. Such a policy knows where it is and not where it looks. **Predict first.** Which of them arrives on the robot after one step, in four of five episodes?
 
 # %%
 guess.ask(
     "blind",
-    "without the heading, arrives in most episodes after one step",
+    "without the heading, arrives in four of five episodes after one step",
     ["EMRLD and EMRLD-WS", "EMRLD-WS alone", "MAML", "none"],
 )
 
@@ -486,12 +486,12 @@ for name in ALGORITHMS:
 for name in ("emrld", "emrld-ws"):
     gap = shift_interval(*(at_papers_drift(one, AFTER, of=blind) for one in (name, "maml")))
     print(f"{plotting.label(name)} less MAML: {gap:+.1f}, {verdict(gap)}")
-often = [plotting.label(name) for name, share in arrivals.items() if share > 0.5]
+often = [plotting.label(name) for name, share in arrivals.items() if share >= 0.8]
 guess.reveal("blind", " and ".join(often))
 
 # %% [markdown] tags=["reveal"]
-# **Measured.** Without the heading the order is the paper's. After one step EMRLD-WS has 53.2, EMRLD 42.6 and MAML 22.8; EMRLD-WS is ahead of MAML by 14.4 at least, EMRLD by 6.6. They arrive in 69 %, 54 % and 32 % of the episodes, so **MAML misses the goal** in two of three, as the paper says. MAML's step gains nothing that could be seen: it begins at 18.6, and its five trajectories, by the same policies, have 24.3. EMRLD's gains 25.2, and EMRLD-WS's 28.1, of which its warm start makes 18.6. Meta-BC has 6.4 and GMPS 0.0.
-# So what the paper reports of its robot fits a policy that does not see its heading. Its words go both ways: the state of the training is printed as $\mathbb R^2$, what the robot communicates as position and heading. Nobody arrives without the heading as surely as with it: a policy's own noise turns the robot, and it does not see that (notebook 07). And the curves of all three still climbed when their training ended: this is a comparison at a budget.
+# **Measured.** Without the heading the order is the paper's. After one step EMRLD-WS has 67.3, EMRLD 65.6 and MAML 39.8; EMRLD-WS is ahead of MAML by 19.9 at least, EMRLD by 17.1. They arrive in 90 %, 86 % and 52 % of the episodes, so **MAML misses the goal** in every other one; in the paper it misses. MAML's step gains nothing that could be seen: it begins at 44.1, and its five trajectories, by the same policies, have 49.2. EMRLD's gains 21.7, and EMRLD-WS's 39.2, of which its warm start makes 22.5. Meta-BC has 6.4 and GMPS 0.0.
+# So what the paper reports of its robot fits a policy that does not see its heading. Its words go both ways: the state of the training is printed as $\mathbb R^2$, what the robot communicates as position and heading. And it fits a drift of that sign. Under one of 0.65 to the other side EMRLD-WS has 22.3 here, EMRLD 8.4 and MAML 22.1, and nobody is ahead, as in the world of the training (notebook 07). MAML was trained for 500 iterations; notebook 07 shows how little of what it has then was there after 150.
 
 # %% [markdown]
 # ## 4 · How far it carries
@@ -671,9 +671,9 @@ assert aimed.scores.min() > 60
 #
 # | Section 4.2 and the appendix, in the paper's words | here |
 # |---|---|
-# | "successful with just one step of adaptation" | **holds** for both variants that see their heading, every seed arrives by its odometry; without it two of three episodes of EMRLD-WS do, and half of EMRLD's |
-# | "the variants of EMRLD are the best at quickly adapting to the drift" | **holds** without the heading; with it **differs**: four of MAML's five seeds arrive as well, and need no step |
-# | "MAML, takes a longer sub-optimal route to reach the reward region, but misses the goal" | **holds** without the heading, in two of three episodes; with it only for one seed of five |
+# | "successful with just one step of adaptation" | **holds** for both variants that see their heading, every seed arrives by its odometry; without it nine of ten episodes of EMRLD-WS do, and six of seven of EMRLD's |
+# | "the variants of EMRLD are the best at quickly adapting to the drift" | **holds** without the heading, under the paper's drift; with it **differs**: four of MAML's five seeds arrive as well, and need no step |
+# | "MAML, takes a longer sub-optimal route to reach the reward region, but misses the goal" | **holds** without the heading, in every other episode; with it only for one seed of five |
 # | "the meta policy collects rewards in the vicinity of the goal region" | **holds** with the heading for two of five seeds of EMRLD, which pass through the disc that pays and miss the goal; two arrive, one sees no reward |
 #
 # ## What was shown
@@ -681,7 +681,7 @@ assert aimed.scores.min() > 60
 # - A kinematic world is a good picture of a slow robot; what it lacks is delay, and that a robot believes its odometry.
 # - One adaptation step carries a policy from the world of its training to a robot that it never saw, by a demonstration that was made under the robot's drift. For EMRLD with the heading in its state the five trajectories add nothing that could be seen.
 # - By its return, late commands break every policy, slip and odometry hardly any; where the robot really is, all three do. For a controller the delay's trouble is one line of algebra: what is seen late must be answered gently.
-# - Whether MAML fails here hangs mostly on what a policy sees: with its heading four of five seeds arrive without adapting; by its position alone it misses the goal in two episodes of three, as in the paper.
+# - Whether MAML fails here hangs mostly on what a policy sees: with its heading four of five seeds arrive without adapting; by its position alone it misses the goal in every other episode.
 # - A controller that is told the goal needs no learning. Know what your yardstick does before you call a result impressive.
 #
 # **References** Siegwart, Nourbakhsh and Scaramuzza (2011), *Introduction to autonomous mobile robots*; ROBOTIS, *TurtleBot3 e-Manual*; Todorov, Erez and Tassa (2012), *MuJoCo: a physics engine for model-based control*; Rengarajan et al. (2022), the paper.

@@ -372,7 +372,7 @@ def drift_lead(name, reading=SEEN, table=SAMPLED):
 def climbs(reading, *names):
     """Return by how much the curves still rise in one reading of the experiment."""
     found = stored_seeds(SHIPPED, reading, "optimal")
-    (env,) = (one.env for one in READINGS if one.runs == reading)
+    (env,) = (one.env for one in READINGS if reading in (one.runs, one.narrow))
     return [late_rise(found[name], EARNED[env]) for name in names]
 
 
@@ -409,6 +409,7 @@ def beyond_lead(name, reading, table=SAMPLED):
 
 def after_narrow_drifts():
     """Return what 07 says of trainings on narrow drifts."""
+    narrow = {reading.runs: reading.narrow for reading in READINGS}
     return [
         NARROW_DRIFT,
         np.floor(10 * min(within(n, r) for n in (*OURS, "maml") for r in DRIFTS[:2])) / 10,
@@ -422,6 +423,10 @@ def after_narrow_drifts():
         *[beyond(name, HIDDEN_LITERAL).mean() for name in ("emrld", "maml")],
         *[beyond_lead("emrld", HIDDEN_LITERAL, table).low for table in (SAMPLED, BY_MEAN)],
         beyond("emrld-ws", HIDDEN_LITERAL).mean(),
+        iterations(narrow[HIDDEN], "optimal", *OURS, "maml"),
+        *climbs(narrow[HIDDEN], "maml"),
+        *climbs(narrow[HIDDEN_LITERAL], "maml"),
+        iterations(HIDDEN, "optimal", *OURS, "maml"),
         *[max(beyond(name, reading).mean() for reading in DRIFTS) for name in ("meta-bc", "gmps")],
         NARROW_DRIFT,
     ]
@@ -430,19 +435,20 @@ def after_narrow_drifts():
 def readings():
     """Return what 07 says of the experiment without the heading, and with the drift as printed."""
     printed = stored_seeds(SHIPPED, SEEN_LITERAL, "optimal")
+    hidden = {name: scores(HIDDEN_LITERAL, "optimal", name) for name in (*OURS, "maml")}
+    assert all(hidden[name].min() > hidden["maml"].max() for name in OURS)
     return [
         *[drift(name, 1, HIDDEN) for name in ("emrld-ws", "maml")],
         *drift_lead("emrld-ws", HIDDEN)[1:],
         drift("emrld", 1, HIDDEN),
-        scores(HIDDEN, "optimal", "maml").max(),
+        *(-drift_lead("emrld", HIDDEN).low, drift_lead("emrld", HIDDEN).high),
+        *[drift(name, 0, HIDDEN) for name in (*OURS, "maml")],
         drift("meta-bc", 1, HIDDEN),
         cloned_by_the_mean(HIDDEN),
         drift("gmps", 1, HIDDEN),
-        iterations(HIDDEN, "optimal"),
-        *climbs(HIDDEN, *OURS, "maml"),
         *[drift(name, 1, SEEN_LITERAL) for name in (*OURS, "maml")],
         task_scores(printed["maml"], 1).min(1).max(),
-        *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
+        *[tested.mean() for tested in hidden.values()],
         *[drift_lead(name, HIDDEN_LITERAL).low for name in OURS],
         *[drift(name, 1, SEEN_LITERAL) for name in ("meta-bc", "gmps")],
         *[drift(name, 1, HIDDEN_LITERAL) for name in ("meta-bc", "gmps")],
@@ -458,6 +464,58 @@ def readings():
     ]
 
 
+def trained_to(reading, name, end):
+    """Return each seed's return on its training tasks after some iterations."""
+    return training_scores(stored_seeds(SHIPPED, reading, "optimal")[name], end)
+
+
+def hidden_budget():
+    """Return what 07 says of the iterations that the trainings without the heading take."""
+    first, last = 150, iterations(HIDDEN, "optimal", *OURS, "maml")
+    assert {iterations(HIDDEN_LITERAL, "optimal", name) for name in (*OURS, "maml")} == {last}
+    three = (*OURS, "maml")
+    lead = {
+        (reading, end): shift_interval(*(trained_to(reading, n, end) for n in ("emrld-ws", "maml")))
+        for reading in (HIDDEN, HIDDEN_LITERAL)
+        for end in (first, last)
+    }
+    assert lead[HIDDEN_LITERAL, last].estimate > lead[HIDDEN_LITERAL, first].estimate
+    assert all(trained_to(r, "maml", 50).mean() < 5 for r in (HIDDEN, HIDDEN_LITERAL))
+    return [
+        *[trained_to(HIDDEN, name, first).mean() for name in three],
+        first,
+        *[trained_to(HIDDEN, name, last).mean() for name in three],
+        last,
+        *[trained_to(HIDDEN_LITERAL, n, end).mean() for end in (first, last) for n in three],
+        *[lead[HIDDEN, end].estimate for end in (first, last)],
+        last,
+        *[climbs(reading, "maml")[0] for reading in (HIDDEN, HIDDEN_LITERAL)],
+        *min_and_max(climbs(HIDDEN, *OURS) + climbs(HIDDEN_LITERAL, *OURS)),
+    ]
+
+
+def hidden_by_side():
+    """Return what 07 says of the negative and of the positive drifts without the heading."""
+
+    def on_side(name, reading, sign):
+        (env,) = (one.env for one in READINGS if one.runs == reading)
+        drifts = unseen_demonstrations(env, "optimal", UNSEEN_TASKS).tasks[:, 0].numpy()
+        found = stored_seeds(SHIPPED, reading, "optimal")[name]
+        return task_scores(found, 1)[:, sign * drifts > 0].mean(1)
+
+    def lead(name, reading, sign):
+        return shift_interval(*(on_side(n, reading, sign) for n in (name, "maml")))
+
+    assert all(lead(name, HIDDEN, 1).low < 0 < lead(name, HIDDEN, 1).high for name in OURS)
+    return [
+        *[on_side(name, HIDDEN, -1).mean() for name in (*OURS, "maml")],
+        *[lead(name, HIDDEN, -1).low for name in OURS],
+        *[on_side(name, HIDDEN, 1).mean() for name in (*OURS, "maml")],
+        0.5,  # a place on the axis of Figure 14
+        min(lead(name, HIDDEN_LITERAL, sign).low for name in OURS for sign in (-1, 1)),
+    ]
+
+
 def readings_by_the_mean():
     """Return what 07 says of the four readings where the policies act by their mean action."""
     cloned = [(SEEN, SEEN_LITERAL), (HIDDEN, HIDDEN_LITERAL)]
@@ -465,7 +523,8 @@ def readings_by_the_mean():
         *[drift(name, step, HIDDEN, BY_MEAN) for step in (1, 0) for name in OURS],
         *[drift("maml", step, HIDDEN, BY_MEAN) for step in (1, 0)],
         scores(HIDDEN, "optimal", "maml", table=BY_MEAN).max(),
-        *[drift_lead(n, r, BY_MEAN).low for r in (HIDDEN, *PRINTED[::-1]) for n in OURS],
+        *[end for name in OURS for end in drift_lead(name, HIDDEN, BY_MEAN)[1:]],
+        *[drift_lead(n, r, BY_MEAN).low for r in PRINTED[::-1] for n in OURS],
         drift_lead("emrld", SEEN, BY_MEAN).high,
         *[drift("meta-bc", 1, reading, BY_MEAN) for reading in cloned[0]],
         *map(cloned_by_the_mean, cloned[0]),
@@ -798,6 +857,9 @@ def blind(name, stage=AFTER, score="mean_return"):
 def on_robot_without_heading():
     """Return what 09 says of the policies that do not see their heading."""
     names = ("emrld-ws", "emrld", "maml")
+    other_side = {n: robot(n, AFTER, value=-ROBOT_DRIFT, reading=HIDDEN) for n in names}
+    leads = [shift_interval(other_side[name], other_side["maml"]) for name in OURS]
+    assert all(gap.low < 0 < gap.high for gap in leads)
     return [
         *[blind(name).mean() for name in names],
         *[shift_interval(blind(name), blind("maml")).low for name in names[:2]],
@@ -806,6 +868,10 @@ def on_robot_without_heading():
         *[(blind(n) - blind(n, BEFORE)).mean() for n in ("emrld", "emrld-ws")],
         (blind("emrld-ws", TRIAL) - blind("emrld-ws", BEFORE)).mean(),
         *[blind(name).mean() for name in ("meta-bc", "gmps")],
+        -ROBOT_DRIFT,
+        *[other_side[name].mean() for name in names],
+        iterations(HIDDEN, "optimal", *names),
+        150,  # iterations, the budget that 07 compares
     ]
 
 
@@ -974,6 +1040,8 @@ CLAIMS = {
     ],
     "07#narrow-drifts": after_narrow_drifts,
     "07#reading-claims": readings,
+    "07#hidden-budget": hidden_budget,
+    "07#hidden-by-side": hidden_by_side,
     "07#blind-by-the-mean": readings_by_the_mean,
     "07#flattened": lambda: [
         max(rises((*OURS, "meta-bc"), PLENTIFUL) + drift_rises()),
@@ -990,8 +1058,10 @@ CLAIMS = {
         *{iterations("half_cheetah", quality) for quality in STEPS_SHOWN},
         *[rise("half_cheetah", quality, "meta-bc") for quality in STEPS_SHOWN],
         *[-fall for fall in climbs(SEEN_LITERAL, "meta-bc", "gmps")],
-        *min_and_max(climbs(HIDDEN, *OURS) + climbs(HIDDEN_LITERAL, *OURS)),
-        *climbs(HIDDEN, "maml"),
+        iterations(HIDDEN, "optimal", *OURS, "maml"),
+        *[climbs(reading, "emrld")[0] for reading in (HIDDEN, HIDDEN_LITERAL)],
+        *[climbs(reading, "emrld-ws")[0] for reading in (HIDDEN, HIDDEN_LITERAL)],
+        *[climbs(reading, "maml")[0] for reading in (HIDDEN, HIDDEN_LITERAL)],
         *climbs(HIDDEN_LITERAL, "meta-bc"),
     ],
     "08#ablation-verdicts": lambda: [
@@ -1135,7 +1205,9 @@ CLAIMS = {
         *[drift(name, 1, HIDDEN) for name in ("emrld-ws", "maml")],
         drift_lead("emrld-ws", HIDDEN).low,
         drift("emrld", 1, HIDDEN),
+        iterations(HIDDEN, "optimal", *OURS, "maml"),
         *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
+        min(drift_lead(name, HIDDEN_LITERAL).low for name in OURS),
         NARROW_DRIFT,
         *[beyond(name, SEEN).mean() for name in ("maml", *OURS)],
     ],
@@ -1329,8 +1401,8 @@ CLAIMS = {
         *drift_lead("emrld", HIDDEN)[1:],
         *[drift(name, 1, SEEN_LITERAL) for name in (*OURS, "maml")],
         *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
+        min(drift_lead(name, HIDDEN_LITERAL).low for name in OURS),
         *[drift(name, 1, reading) for name in ("meta-bc", "gmps") for reading in PRINTED],
-        *[drift_lead(name, HIDDEN, BY_MEAN).low for name in OURS],
         *map(cloned_by_the_mean, (SEEN, SEEN_LITERAL)),
         NARROW_DRIFT,
         *[beyond(n, r).mean() for r in (SEEN, SEEN_LITERAL) for n in (*OURS, "maml")],
