@@ -491,7 +491,7 @@ guess.reveal("blind", " and ".join(often))
 
 # %% [markdown] tags=["reveal"]
 # **Measured.** Without the heading the order is the paper's. After one step EMRLD-WS has 67.3, EMRLD 65.6 and MAML 39.8; EMRLD-WS is ahead of MAML by 19.9 at least, EMRLD by 17.1. They arrive in 90 %, 86 % and 52 % of the episodes, so **MAML misses the goal** in every other one; in the paper it misses. MAML's step gains nothing that could be seen: it begins at 44.1, and its five trajectories, by the same policies, have 49.2. EMRLD's gains 21.7, and EMRLD-WS's 39.2, of which its warm start makes 22.5. Meta-BC has 6.4 and GMPS 0.0.
-# So what the paper reports of its robot fits a policy that does not see its heading. Its words go both ways: the state of the training is printed as $\mathbb R^2$, what the robot communicates as position and heading. And it fits a drift of that sign. Under one of 0.65 to the other side EMRLD-WS has 22.3 here, EMRLD 8.4 and MAML 22.1, and nobody is ahead, as in the world of the training (notebook 07). MAML was trained for 500 iterations; notebook 07 shows how little of what it has then was there after 150.
+# So what the paper reports of its robot fits a policy that does not see its heading. Its words go both ways: the state of the training is printed as $\mathbb R^2$, what the robot communicates as position and heading. And it fits a drift of that sign. Under one of 0.65 to the other side EMRLD-WS has 22.3 here, EMRLD 8.4 and MAML 22.1, and nobody is ahead, as in the world of the training (notebook 07). MAML was trained for 500 iterations; notebook 07 shows that after 150 it had less than half of its return.
 
 # %% [markdown]
 # ## 4 · How far it carries
