@@ -359,6 +359,17 @@ PRINTED = (SEEN_LITERAL, HIDDEN_LITERAL)
 DRIVEN_DRIFTS = (-0.8, -0.65, -0.4, -0.2, 0.0, 0.2, 0.4, 0.65, 0.8)  # on the robot
 
 
+def reading_of(name):
+    """Return the reading of the drift experiment that runs of this name belong to."""
+    return next(one for one in READINGS if name in (one.runs, one.narrow))
+
+
+def unseen_drifts(reading):
+    """Return the drifts of the test in one reading of the experiment."""
+    found = unseen_demonstrations(reading_of(reading).env, "optimal", UNSEEN_TASKS)
+    return found.tasks[:, 0].numpy()
+
+
 def drift(name, step, reading=SEEN, table=SAMPLED):
     """Return the mean score with changing dynamics, in one reading of the experiment."""
     return scores(reading, "optimal", name, step, table=table).mean()
@@ -372,8 +383,8 @@ def drift_lead(name, reading=SEEN, table=SAMPLED):
 def climbs(reading, *names):
     """Return by how much the curves still rise in one reading of the experiment."""
     found = stored_seeds(SHIPPED, reading, "optimal")
-    (env,) = (one.env for one in READINGS if reading in (one.runs, one.narrow))
-    return [late_rise(found[name], EARNED[env]) for name in names]
+    earned = EARNED[reading_of(reading).env]
+    return [late_rise(found[name], earned) for name in names]
 
 
 def cloned_by_the_mean(reading):
@@ -384,10 +395,8 @@ def cloned_by_the_mean(reading):
 
 def narrowly_trained(name, reading, table=SAMPLED):
     """Return scores (seed, drift) after a training on narrow drifts, and the drifts of the test."""
-    one = next(one for one in READINGS if one.runs == reading)
-    found = stored_seeds(SHIPPED, one.narrow, "optimal")[name]
-    drifts = unseen_demonstrations(one.env, "optimal", UNSEEN_TASKS).tasks[:, 0].numpy()
-    return task_scores(found, 1, table=table), drifts
+    found = stored_seeds(SHIPPED, reading_of(reading).narrow, "optimal")[name]
+    return task_scores(found, 1, table=table), unseen_drifts(reading)
 
 
 def beyond(name, reading, table=SAMPLED, sign=0):
@@ -502,10 +511,8 @@ def hidden_by_side():
     """Return what 07 says of the negative and of the positive drifts without the heading."""
 
     def on_side(name, reading, sign, least=0.0):
-        (env,) = (one.env for one in READINGS if one.runs == reading)
-        drifts = unseen_demonstrations(env, "optimal", UNSEEN_TASKS).tasks[:, 0].numpy()
         found = stored_seeds(SHIPPED, reading, "optimal")[name]
-        return task_scores(found, 1)[:, sign * drifts > least].mean(1)
+        return task_scores(found, 1)[:, sign * unseen_drifts(reading) > least].mean(1)
 
     def lead(name, reading, sign):
         return shift_interval(*(on_side(n, reading, sign) for n in (name, "maml")))

@@ -374,6 +374,35 @@ def test_by_its_mean_action_a_policy_walks_as_a_plain_loop_says():
             place = place + move * min(1.0, 0.1 / float(move.norm()))
 
 
+def test_the_warm_start_of_a_stored_run_is_measured_as_a_plain_loop_says():
+    """Two layers by hand, torch's own Gaussian, and one step of plain gradient descent per task."""
+    stored = runs.load_run(runs.SHIPPED / "point2d-optimal-emrld-ws-seed0")
+    shown = stored.load_demonstrations()
+    before, after = evaluation.cloning_before_and_after_warm_start(stored)
+
+    def loss(leaves, task):
+        taken = shown.mask[task].bool()
+        features = shown.states[task][taken]
+        for layer in (0, 1):
+            features = torch.relu(features @ leaves[f"weight_{layer}"] + leaves[f"bias_{layer}"])
+        mean = features @ leaves["weight_2"] + leaves["bias_2"]
+        normal = torch.distributions.Normal(mean, leaves["log_sigma"].exp())
+        return -normal.log_prob(shown.actions[task][taken]).mean()
+
+    for task in (0, 7):
+        leaves = {
+            name: value.detach().requires_grad_() for name, value in stored.meta_params.items()
+        }
+        first = loss(leaves, task)
+        gradient = torch.autograd.grad(first, list(leaves.values()))
+        moved = {
+            name: value - stored.config.adapt_lr * slope
+            for (name, value), slope in zip(leaves.items(), gradient, strict=True)
+        }
+        assert float(before[task]) == pytest.approx(first.item(), rel=1e-3)
+        assert float(after[task]) == pytest.approx(loss(moved, task).item(), rel=1e-2)
+
+
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [

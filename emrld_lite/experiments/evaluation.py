@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 import torch
 
+from ..adapt import cloning_loss, warm_start
 from ..config import TrainConfig
 from ..demonstrations import Demonstrations
 from ..demonstrators.recipes import unseen_demonstrations
 from ..evaluate import LATER_RATE, AdaptationCurve, adaptation_curve
-from ..policy import without_noise
-from ..rollout import Rollout, collect, episode_returns
+from ..policy import per_task, without_noise
+from ..rollout import PerTask, Rollout, collect, episode_returns
 from ..storage import read_csv, write_csv
 from ..validation import InputError, number, real_number, seed_number, whole_number
 from .runs import Run
@@ -57,6 +58,20 @@ def acting_by_mean(
     nothing_drawn = torch.Generator()
     rollouts = [collect(world, demonstrations.tasks, each, 1, nothing_drawn) for each in policies]
     return AdaptationCurve(rollouts, policies)
+
+
+def cloning_before_and_after_warm_start(run: Run) -> tuple[PerTask, PerTask]:
+    """Return L^BC of a stored EMRLD-WS on its training tasks, before its cloning step and after it.
+
+    No episode is drawn. A step that raises the loss is too long for what it descends: it overshoots.
+    """
+    demonstrations = run.load_demonstrations()
+    rule = run.config.adaptation(demonstrations.quality)
+    demonstrations = demonstrations.seen_in(run.config.environment())
+    theta = per_task(run.meta_params, len(demonstrations.tasks))
+    start = warm_start(run.meta_params, demonstrations, rule)
+    before, after = (cloning_loss(params, demonstrations, rule) for params in (theta, start))
+    return before.detach(), after.detach()
 
 
 def testing_demonstrations(run: Run, tasks: int = UNSEEN_TASKS, seed: int = 0) -> Demonstrations:
