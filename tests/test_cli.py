@@ -117,6 +117,8 @@ def test_help_lists_the_choices_of_an_option(capsys):
         ),
         ([*OPTIMAL, "--out", "d.npz", "--paths", "0"], "paths: expected a whole number"),
         ([*OPTIMAL, "--out", "d.npz", "--largest-drift", "0.3"], "unknown option of point2d"),
+        ([*OPTIMAL, "--out", "d.npz", "--cut", "1"], "cut: expected 2 sizes"),
+        ([*OPTIMAL, "--out", "d.npz", "--cut", "0.5", "1"], "cut: expected sizes of 1 or more"),
         (["train", "--algorithm", "gmps", "--meta-lr", "0", "--out", "X"], "meta_lr"),
         (["train", "--reward", "densse", "--out", "X"], "Expected one of ('sparse', 'dense')"),
         (["bench", "--iterations", "-1"], "iterations"),

@@ -1,5 +1,6 @@
 """Demonstration files: what is shipped, round trips, and every way a file can be wrong."""
 
+import math
 import os
 import tracemalloc
 
@@ -249,6 +250,43 @@ def test_narrow_drifts_are_shown_by_the_same_expert(env):
     assert torch.equal(narrow.tasks, make(env, largest_drift=0.3).training_tasks())
     for task in range(len(narrow.tasks)):
         assert replayed_reward(narrow, task)[1]  # reaches the goal
+
+
+def test_cutting_the_steering_keeps_the_path():
+    """The box ends at 1: what an expert asks for beyond it no robot does."""
+    env = "two_wheeled_drift"
+    cut, whole = (
+        demonstrations.load(demonstrations.SHIPPED / f"{env}-{name}.npz", env)
+        for name in ("cut", "optimal")
+    )
+    assert whole.actions[..., 1].abs().max() > 3 > 1 == cut.actions[..., 1].abs().max()
+    assert torch.equal(cut.tasks, whole.tasks)
+    assert torch.equal(cut.mask, whole.mask)
+    # another processor's last digits have grown along the path
+    assert torch.allclose(cut.states, whole.states, atol=0.05)
+    assert torch.allclose(cut.actions[..., 0], whole.actions[..., 0], atol=0.05)
+    for task in range(len(cut.tasks)):
+        assert replayed_reward(cut, task)[1]  # reaches the goal
+
+
+def test_the_unseen_drifts_of_the_cut_demonstrations_are_those_of_the_test():
+    env = "two_wheeled_drift"
+    cut = demonstrations.load(demonstrations.SHIPPED / f"{env}-cut-unseen.npz", env)
+    usual = recipes.unseen_demonstrations(env, "optimal", 20)
+    assert torch.equal(cut.tasks, usual.tasks)
+    assert usual.actions[..., 1].abs().max() > 3 > 1 == cut.actions[..., 1].abs().max()
+
+
+def test_what_is_cut_is_asked_of_a_policy_as_the_environment_does_it():
+    drawn = torch.tensor([[2.0, -4.0], [-0.5, 0.5]])
+    assert recipes.cut_actions(drawn, ()) is drawn
+    cut = recipes.cut_actions(drawn, (math.inf, 1.0))
+    assert torch.equal(cut, torch.tensor([[2.0, -1.0], [-0.5, 0.5]]))
+    with pytest.raises(InputError, match="expected 2 sizes, one per number of an action, got 1"):
+        recipes.cut_actions(drawn, (1.0,))
+    for wrong in (0.5, -1.0, math.nan):
+        with pytest.raises(InputError, match="expected sizes of 1 or more"):
+            recipes.cut_actions(drawn, (wrong, 1.0))
 
 
 def test_poor_data_mislead_where_suboptimal_data_point_at_the_goal():

@@ -17,7 +17,7 @@ from ..demonstrations import Demonstrations, from_arrays
 from ..envs import Environment, make
 from ..policy import LOG_SIGMA_BOUNDS, Params
 from ..rollout import collect, episode_returns
-from ..validation import lookup, seed_number
+from ..validation import InputError, lookup, seed_number
 from .expert import (
     ExpertConfig,
     ExpertIterate,
@@ -43,6 +43,9 @@ class Recipe:
     """This many state-action pairs at the beginning are removed, but one at least is kept of each."""
     short_of_reward: float | None = None
     """Trajectories end before they come closer than this to the region that pays; None keeps them whole."""
+    cut: tuple[float, ...] = ()
+    """Size, 1 or more, to which each number of an action is cut in the data; empty: kept as it was drawn. The
+    paths stay what they are, since the environment clips at 1 itself."""
 
 
 RECIPES: dict[str, dict[str, Recipe]] = {
@@ -118,22 +121,45 @@ def demonstrate(
     states = rollout.states[..., : family.state_dim]  # (task, path, time, state)
     first, lengths = _kept_steps(family, tasks, states, rollout.mask, recipe)
     longest = int(lengths.max())
+    actions = cut_actions(rollout.actions, recipe.cut)
     reached = rollout.success.float().mean()
     returns = episode_returns(rollout).mean()
     maker = (
         f"emrld_lite goal-conditioned TRPO, action noise {recipe.action_noise}, before any cut: "
         f"success {reached:.2f}, mean sparse return {returns:.1f}"
     )
+    if recipe.cut:
+        maker += f"; actions cut to {', '.join(map(str, recipe.cut))}"
     return from_arrays(
         tasks.numpy(),
         states[:, :, first : first + longest].numpy(),
-        rollout.actions[:, :, first : first + longest].numpy(),
+        actions[:, :, first : first + longest].numpy(),
         lengths.numpy(),
         environment=env,
         quality=quality,
         maker=maker,
         seed=seed,
     )
+
+
+def cut_actions(
+    actions: Float[Tensor, "*at action"], largest: tuple[float, ...]
+) -> Float[Tensor, "*at action"]:
+    """Return actions with each of their numbers cut to its ``largest`` size; without any, as they are.
+
+    Raises InputError where there is not one size per number, or one under 1, which would change the path.
+    """
+    if not largest:
+        return actions
+    if len(largest) != actions.shape[-1]:
+        raise InputError(
+            f"cut: expected {actions.shape[-1]} sizes, one per number of an action, got {len(largest)}"
+        )
+    wrong = [size for size in largest if not size >= 1.0]
+    if wrong:
+        raise InputError(f"cut: expected sizes of 1 or more, where the box ends, got {wrong[0]}")
+    bound = torch.tensor(largest, dtype=actions.dtype)
+    return actions.clamp(-bound, bound)
 
 
 def _kept_steps(

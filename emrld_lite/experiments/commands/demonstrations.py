@@ -36,6 +36,7 @@ def demos(
     stop_at_success: float | None = None,
     largest_drift: float | None = None,
     paths: int = 1,
+    cut: tuple[float, ...] = (),
 ) -> None:
     """Make demonstrations with a goal-conditioned expert, one per task; by default train it anew.
 
@@ -52,6 +53,8 @@ def demos(
             quality's own share
         largest_drift: let the workbook's own expert demonstrate training tasks that drift less
         paths: let the workbook's own expert show each task so often; noise alone tells them apart
+        cut: let the workbook's own expert demonstrate, and cut each number of an action to this size (a size
+            per number, 1 or more, inf for none)
     """
     machine.use_threads(threads)
     positive_count("paths", paths)
@@ -62,13 +65,15 @@ def demos(
     if stop_at_success is not None:
         share = real_number("stop_at_success", stop_at_success, 0.0, 1.0)
         recipe = replace(recipe, success_at_stop=share)
+    recipe = replace(recipe, cut=cut)
     world = make(env, **({} if largest_drift is None else {"largest_drift": largest_drift}))
     ends_in("out", check_target("out", out), ".npz")
-    if tasks is not None or largest_drift is not None or paths > 1:
+    if tasks is not None or largest_drift is not None or paths > 1 or cut:
         for name, given in (("expert_out", expert_out), ("stop_at_success", stop_at_success)):
             if given is not None:
                 raise InputError(
-                    f"{name}: expected none with --tasks, --largest-drift or --paths, which train no expert"
+                    f"{name}: expected none with --tasks, --largest-drift, --paths or --cut, which train no "
+                    "expert"
                 )
         wanted = (
             world.training_tasks() if tasks is None else _drawn_tasks(world, tasks, seed, paths)
