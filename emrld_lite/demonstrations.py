@@ -229,9 +229,16 @@ def load(path: Path, environment: str | None = None) -> Demonstrations:
 
 
 def load_demonstrations(source: str, environment: str) -> Demonstrations:
-    """Return the demonstrations that ``optimal``, ``suboptimal`` or a file name stands for."""
+    """Return the demonstrations that ``optimal``, ``suboptimal`` or a file name stands for.
+
+    The commands of the stored runs ran in the workbook's folder, so a relative name that leads nowhere from
+    here is looked up there.
+    """
     if source in QUALITIES:
         return load(SHIPPED / f"{environment}-{source}.npz", environment)
     if not source.endswith(".npz"):
         check_choice("demonstrations (a quality, or a file ending in .npz)", source, QUALITIES)
-    return load(Path(source), environment)
+    path, in_the_workbook = Path(source), storage.DATA.parent / source
+    if not path.exists() and in_the_workbook.exists():
+        path = in_the_workbook
+    return load(path, environment)

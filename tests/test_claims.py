@@ -20,7 +20,13 @@ from emrld_lite.demonstrations import load, load_demonstrations
 from emrld_lite.demonstrators.recipes import unseen_demonstrations
 from emrld_lite.envs import make
 from emrld_lite.envs.two_wheeled_drift import ROBOT_DRIFT, ROBOT_TRIALS
-from emrld_lite.experiments.evaluation import BY_MEAN, SAMPLED, UNSEEN_TASKS
+from emrld_lite.experiments.evaluation import (
+    BY_MEAN,
+    CUT,
+    SAMPLED,
+    UNSEEN_TASKS,
+    cloning_before_and_after_warm_start,
+)
 from emrld_lite.experiments.intervals import interquartile_mean, shift_interval
 from emrld_lite.experiments.lottery import TARGET, load_draws, median_and_latest
 from emrld_lite.experiments.results import (
@@ -54,6 +60,7 @@ from emrld_lite.experiments.studies import (
     NARROW_DRIFT,
     READINGS,
     SENSITIVITY_END,
+    TRAINED_ON_CUT,
     WEIGHTS,
     WITHOUT_RL,
     WITHOUT_RL_AGAIN,
@@ -417,8 +424,12 @@ def beyond_lead(name, reading, table=SAMPLED):
 
 
 def after_narrow_drifts():
-    """Return what 07 says of trainings on narrow drifts."""
-    narrow = {reading.runs: reading.narrow for reading in READINGS}
+    """Return what 07 says of trainings on narrow drifts with the heading in the state."""
+    assert all(
+        beyond_lead(name, SEEN_LITERAL).low < 0 < beyond_lead(name, SEEN_LITERAL).high
+        for name in OURS
+    )
+    assert all(lead_after_cut(n, SEEN, narrow=True).high > 0 for n in OURS)
     return [
         NARROW_DRIFT,
         np.floor(10 * min(within(n, r) for n in (*OURS, "maml") for r in DRIFTS[:2])) / 10,
@@ -428,16 +439,164 @@ def after_narrow_drifts():
         ROBOT_DRIFT,
         *[beyond(name, SEEN, sign=-1).mean() for name in (*OURS, "maml")],
         *[beyond(name, SEEN_LITERAL).mean() for name in (*OURS, "maml")],
-        *[beyond(name, HIDDEN).mean() for name in (*OURS, "maml")],
+    ]
+
+
+def after_narrow_drifts_hidden():
+    """Return what 07 says of trainings on narrow drifts without the heading."""
+    narrow = {reading.runs: reading.narrow for reading in READINGS}
+    hidden, printed = narrow[HIDDEN], narrow[HIDDEN_LITERAL]
+    assert beyond_lead("emrld", HIDDEN).low < 0 < beyond_lead("emrld", HIDDEN).high
+    assert (
+        beyond_lead("emrld-ws", HIDDEN_LITERAL).low
+        < 0
+        < beyond_lead("emrld-ws", HIDDEN_LITERAL).high
+    )
+    behind = [-beyond_lead("emrld-ws", HIDDEN, table).high for table in (SAMPLED, BY_MEAN)]
+    assert behind == pytest.approx([4.0, 4.0], abs=0.05)  # said once, for both ways to act
+    (ended,) = {iterations(name, "optimal", *OURS, "maml") for name in (hidden, printed)}
+    assert ended == iterations(HIDDEN, "optimal", *OURS, "maml")
+    return [
+        *[beyond(name, HIDDEN).mean() for name in ("maml",)],
+        NARROW_DRIFT,
+        *[beyond(name, HIDDEN).mean() for name in OURS],
+        behind[0],
         *[beyond(name, HIDDEN_LITERAL).mean() for name in ("emrld", "maml")],
         *[beyond_lead("emrld", HIDDEN_LITERAL, table).low for table in (SAMPLED, BY_MEAN)],
         beyond("emrld-ws", HIDDEN_LITERAL).mean(),
-        iterations(narrow[HIDDEN], "optimal", *OURS, "maml"),
-        *climbs(narrow[HIDDEN], "maml"),
-        *climbs(narrow[HIDDEN_LITERAL], "maml"),
-        iterations(HIDDEN, "optimal", *OURS, "maml"),
+        ended,
+        *climbs(hidden, "maml"),
+        *climbs(printed, "maml"),
         *[max(beyond(name, reading).mean() for reading in DRIFTS) for name in ("meta-bc", "gmps")],
         NARROW_DRIFT,
+    ]
+
+
+def overshooting():
+    """Return what 07 says of the warm start's step, and of the trainings in which it is too long."""
+    raised, ends = {}, {}
+    for reading in READINGS:
+        for name in (reading.runs, reading.narrow):
+            for run in stored_seeds(SHIPPED, name, "optimal")["emrld-ws"]:
+                before, after = cloning_before_and_after_warm_start(load_run(run))
+                raised[run] = int((after > before).sum())
+                ends[run] = training_scores([run])[0]
+    too_long = [run for run, tasks in raised.items() if tasks]
+    assert all("-narrow-headless-" in run.name for run in too_long)
+    rest = [run for run in ends if "-narrow-headless-" in run.name and run not in too_long]
+    assert (len(too_long), len(rest)) == (5, 5)
+    unpaid, *others = sorted(rest, key=ends.get)
+    assert updates_without_step(unpaid) > 0.9 * iterations(HIDDEN, "optimal", "emrld-ws")
+    return [
+        *min_and_max([raised[run] for run in too_long]),
+        max(ends[run] for run in too_long),
+        ends[others[0]],
+        ends[unpaid],
+    ]
+
+
+def largest_steering(data, sign):
+    """Return the largest steering of the demonstrations of drifts on one side."""
+    drifts = data.tasks[:, 0]
+    return float(data.actions[sign * drifts > 0][..., 1].abs().max())
+
+
+def steering():
+    """Return what 07 says of the steering that the demonstrations of changing dynamics ask for."""
+    printed = load_demonstrations("optimal", SEEN_LITERAL)
+    shown = load_demonstrations("optimal", SEEN)
+    tested = unseen_demonstrations(SEEN, "optimal", UNSEEN_TASKS)
+    below, above = (
+        max(largest_steering(data, -1) for data in (shown, tested)),
+        largest_steering(shown, 1),
+    )
+    drifts = shown.tasks[:, 0]
+    wild = shown.actions[..., 1].abs().amax((1, 2)) > 2.0
+    first = float(drifts[wild].min())
+    assert torch.equal(wild, drifts > first - 0.01)  # all from there on, and no other
+    return [
+        below,
+        above,
+        largest_steering(tested, 1),
+        first,
+        1,  # the end of the box
+        largest_steering(tested, 1),
+        max(largest_steering(printed, sign) for sign in (-1, 1)),
+    ]
+
+
+def after_cut(name, reading, table=CUT, narrow=False, trained=False, sign=0):
+    """Return each seed's score on unseen drifts, shown demonstrations whose steering was cut, or not.
+
+    Trained on drifts as wide as the test's, or on narrow ones and tested beyond these; or ``trained`` with
+    the steering cut as well. On both sides or on one.
+    """
+    one, drifts = reading_of(reading), unseen_drifts(reading)
+    world = one.narrow if narrow else TRAINED_ON_CUT if trained else one.runs
+    found = stored_seeds(SHIPPED, world, "optimal")[name]
+    chosen = (abs(drifts) > NARROW_DRIFT if narrow else abs(drifts) >= 0) & (sign * drifts >= 0)
+    return task_scores(found, 1, table=table)[:, chosen].mean(1)
+
+
+def lead_after_cut(name, reading, narrow=False, trained=False, sign=0):
+    """Return the interval of one of our variants, the steering cut, less MAML, which reads none."""
+    rival = after_cut("maml", reading, SAMPLED, narrow, sign=sign)
+    return shift_interval(after_cut(name, reading, CUT, narrow, trained, sign), rival)
+
+
+def steering_cut():
+    """Return what 07 says of the policies shown demonstrations with the steering cut in the test."""
+    for reading, narrow in ((SEEN, True), (HIDDEN, True)):
+        leads = [lead_after_cut(name, reading, narrow) for name in OURS]
+        assert all(lead.low < 0 < lead.high for lead in leads)
+    assert lead_after_cut("emrld", SEEN).low < 0 < lead_after_cut("emrld", SEEN).high
+    both = (SAMPLED, CUT)
+    return [
+        *[after_cut("emrld", SEEN, table, narrow=True).mean() for table in both],
+        NARROW_DRIFT,
+        *[after_cut("emrld-ws", SEEN, table, narrow=True).mean() for table in both],
+        after_cut("maml", SEEN, SAMPLED, narrow=True).mean(),
+        *[-lead_after_cut(name, SEEN, narrow=True).low for name in OURS],
+        *[after_cut("emrld", SEEN, table).mean() for table in both],
+        after_cut("emrld-ws", SEEN).mean(),
+        *[after_cut(name, HIDDEN, table).mean() for table in both for name in OURS],
+        lead_after_cut("emrld-ws", HIDDEN).low,
+        *[after_cut(name, HIDDEN, narrow=True).mean() for name in OURS],
+        after_cut("maml", HIDDEN, SAMPLED, narrow=True).mean(),
+    ]
+
+
+def trained_on_cut():
+    """Return what 07 says of trainings without the heading on demonstrations with the steering cut."""
+    seeds = {name: after_cut(name, HIDDEN, trained=True) for name in OURS}
+    sides = [after_cut("emrld", HIDDEN, trained=True, sign=sign) for sign in (-1, 1)]
+    worse = np.sort(np.minimum(*sides))
+    found = stored_seeds(SHIPPED, TRAINED_ON_CUT, "optimal")
+    never, worst = (found[name][int(seeds[name].argmin())] for name in OURS)
+    assert best_and_last(never)[0] < 5
+    before, after = cloning_before_and_after_warm_start(load_run(worst))
+    leads = {name: lead_after_cut(name, HIDDEN, trained=True) for name in OURS}
+    negative = [lead_after_cut(name, HIDDEN, trained=True, sign=-1) for name in OURS]
+    assert all(lead.low < 0 < lead.high for lead in (*leads.values(), *negative))
+    return [
+        worse[2],
+        *min_and_max(seeds["emrld"]),
+        seeds["emrld-ws"].min(),
+        int((after > before).sum()),
+        seeds["emrld-ws"].max(),
+        *[seeds[name].mean() for name in OURS],
+        drift("maml", 1, HIDDEN),
+        *leads["emrld-ws"][1:],
+    ]
+
+
+def limits_of_the_cut():
+    """Return what 07 says of the cut where it does not help, and of where none was made."""
+    asked = load_demonstrations("optimal", "half_cheetah").actions.abs().max()
+    return [
+        *[after_cut("meta-bc", SEEN, table).mean() for table in (SAMPLED, CUT)],
+        1,  # the end of the box
+        float(asked),
     ]
 
 
@@ -1051,7 +1210,10 @@ CLAIMS = {
         *[drift(name, 1) for name in ("meta-bc", "gmps")],
         cloned_by_the_mean(SEEN),
     ],
-    "07#narrow-drifts": after_narrow_drifts,
+    "07#narrow-drifts": lambda: [*after_narrow_drifts(), *after_narrow_drifts_hidden()],
+    "07#overshoot": overshooting,
+    "07#steering": steering,
+    "07#by-steering": lambda: [*steering_cut(), *trained_on_cut(), *limits_of_the_cut()],
     "07#reading-claims": readings,
     "07#hidden-budget": hidden_budget,
     "07#hidden-by-side": hidden_by_side,
@@ -1221,7 +1383,12 @@ CLAIMS = {
         iterations(HIDDEN, "optimal", *OURS, "maml"),
         *[drift(name, 1, HIDDEN_LITERAL) for name in (*OURS, "maml")],
         min(drift_lead(name, HIDDEN_LITERAL).low for name in OURS),
+        largest_steering(unseen_demonstrations(SEEN, "optimal", UNSEEN_TASKS), 1),
+        *(1, 1),  # the end of the box
+        lead_after_cut("emrld-ws", HIDDEN).low,
+        after_cut("emrld-ws", HIDDEN, trained=True).mean(),
         NARROW_DRIFT,
+        *[after_cut(name, SEEN, narrow=True).mean() for name in OURS],
         *[beyond(name, SEEN).mean() for name in ("maml", *OURS)],
     ],
     "README#On a robot that training never saw one step is enough": lambda: [
@@ -1418,8 +1585,14 @@ CLAIMS = {
         *[drift(name, 1, reading) for name in ("meta-bc", "gmps") for reading in PRINTED],
         *map(cloned_by_the_mean, (SEEN, SEEN_LITERAL)),
         NARROW_DRIFT,
-        *[beyond(n, r).mean() for r in (SEEN, SEEN_LITERAL) for n in (*OURS, "maml")],
-        *[beyond(n, r).mean() for r in (HIDDEN, HIDDEN_LITERAL) for n in (*OURS, "maml")],
+        *[beyond(n, SEEN).mean() for n in (*OURS, "maml")],
+        largest_steering(unseen_demonstrations(SEEN, "optimal", UNSEEN_TASKS), 1),
+        *(1, 1),  # the end of the box
+        *[after_cut(n, SEEN, narrow=True).mean() for n in OURS],
+        *[beyond(n, r).mean() for r in DRIFTS[1:] for n in (*OURS, "maml")],
+        *[after_cut(n, HIDDEN).mean() for n in OURS],
+        lead_after_cut("emrld-ws", HIDDEN).low,
+        *[after_cut(n, HIDDEN, trained=True).mean() for n in OURS],
         *[
             end
             for reading in (SEEN, HIDDEN, HIDDEN_LITERAL)

@@ -210,6 +210,18 @@ def test_a_missing_file_and_an_unknown_quality_are_named(tmp_path):
         demonstrations.load_demonstrations("optimum", "point2d")
 
 
+def test_a_stored_runs_demonstrations_are_found_from_any_folder(tmp_path, monkeypatch):
+    name, env = "data/demonstrations/two_wheeled_drift-narrow.npz", "two_wheeled_drift"
+    expected = demonstrations.load(demonstrations.SHIPPED / f"{env}-narrow.npz", env)
+    monkeypatch.chdir(tmp_path)
+    assert demonstrations.load_demonstrations(name, env).fingerprint() == expected.fingerprint()
+    # a file of this name that is there comes first
+    (tmp_path / "data/demonstrations").mkdir(parents=True)
+    other = expected.take(slice(0, 2))
+    demonstrations.save(tmp_path / name, other)
+    assert demonstrations.load_demonstrations(name, env).fingerprint() == other.fingerprint()
+
+
 def replayed_reward(data, task):
     """Replay a stored trajectory's actions in the registered environment; returns reward, success."""
     single = gymnasium.make(GYMNASIUM_IDS[data.environment]).unwrapped

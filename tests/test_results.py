@@ -291,6 +291,35 @@ def test_the_figure_by_drift_has_each_drift_at_its_place():
     assert shown == pytest.approx({drift: np.mean(returns) for drift, returns in found.items()})
 
 
+def test_the_figure_of_steering_shows_what_the_demonstrations_ask_for():
+    left, right = drift_figures.steering().axes
+    data = load_demonstrations("optimal", "two_wheeled_drift")
+    lines = {line.get_label(): line for line in left.get_lines()}
+    assert list(lines) == ["drift -0.8 rad/s", "drift +0.0 rad/s", "drift +0.8 rad/s"]
+    last = lines["drift +0.8 rad/s"].get_ydata()
+    assert len(last) == int(data.lengths()[-1])
+    assert last[-1] == float(data.actions[-1, 0, int(data.lengths()[-1]) - 1, 1])
+    training, test = right.get_lines()
+    assert (len(training.get_xdata()), len(test.get_xdata())) == (9, 20)
+    assert max(training.get_ydata()) == float(data.actions[..., 1].abs().max())
+
+
+def test_the_figure_by_steering_tells_what_the_cut_changes():
+    figure = drift_figures.by_drift_and_steering(runs.SHIPPED)
+    lower = figure.axes[2]  # narrow drifts, the heading seen
+    lines = [line for line in lower.get_lines() if line.get_color() == "#0072B2"]  # EMRLD
+    seeds = results.seeds_of(runs.SHIPPED, "two_wheeled_drift-narrow-optimal-emrld")
+    for line, name in zip(lines, ("cut.csv", "unseen.csv"), strict=True):
+        found = {}
+        for seed in seeds:
+            with (seed / name).open() as file:
+                for row in csv.DictReader(file):
+                    if row["step"] == "1":
+                        found.setdefault(np.float32(row["goal"]), []).append(float(row["return"]))
+        shown = dict(zip(*line.get_data(), strict=True))
+        assert shown == pytest.approx({drift: np.mean(each) for drift, each in found.items()})
+
+
 def test_the_sensitivity_figure_shows_five_values_in_each_of_four_panels():
     figure = study_figures.sensitivity(runs.SHIPPED)
     titles = [axes.get_title() for axes in figure.axes]

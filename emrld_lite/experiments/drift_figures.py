@@ -5,17 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..demonstrations import load_demonstrations
 from ..demonstrators.recipes import unseen_demonstrations
 from ..envs import make
 from ..envs.two_wheeled_drift import ROBOT_DRIFT
 from . import plotting
-from .evaluation import evaluate_run
+from .evaluation import CUT, SAMPLED, evaluate_run
 from .panels import GOALS_SHOWN, adaptation, none_stored, one_legend, training
 from .results import EARNED, stored_seeds, task_scores
 from .runs import load_run
-from .studies import NARROW_DRIFT, READINGS
+from .studies import CUT_READINGS, NARROW_DRIFT, READINGS, TRAINED_ON_CUT
 
 DRIFT = "two_wheeled_drift"
 
@@ -89,6 +91,68 @@ def by_drift(folder: Path) -> Figure:
                 plotting.returns_against(drifts[order], name, returns, axes)
             if not stored:
                 none_stored(axes)
+        column[0].set_title(reading.title)
+        column[1].axvspan(-NARROW_DRIFT, NARROW_DRIFT, color="#999999", alpha=0.2, linewidth=0)
+        column[1].set_xlabel(f"test drift ({make(reading.env).drift_unit})")
+    for axes, trained in zip(panels[:, 0], ("all drifts", "narrow drifts"), strict=True):
+        axes.set_ylabel(f"trained on {trained}\nmean return, one step")
+    one_legend(figure, panels.flat)
+    return figure
+
+
+def steering() -> Figure:
+    """Draw the steering that the demonstrations of changing dynamics ask for, where the drift is a rate.
+
+    Left step by step, in the training demonstrations of both ends and of the middle; right the largest of
+    each training demonstration and of each of the test. The robot clips at 1: what is beyond, in grey, it
+    does not do.
+    """
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 3.6))
+    data = load_demonstrations("optimal", DRIFT)
+    unseen = unseen_demonstrations(DRIFT, "optimal", GOALS_SHOWN)
+    looks = zip((0, len(data.tasks) // 2, -1), (":", "--", "-"), strict=True)
+    for task, style in looks:
+        asked = data.actions[task, 0, : int(data.lengths()[task]), 1]
+        left.plot(asked, style, color="black", label=f"drift {float(data.tasks[task]):+.1f} rad/s")
+    for shown, marker, label in ((data, "s", "training"), (unseen, "o", "test")):
+        largest = shown.actions[:, 0, :, 1].abs().amax(-1)
+        right.plot(shown.tasks[:, 0], largest, marker, color="black", fillstyle="none", label=label)
+    for axes, ends in ((left, (1.0, -1.0)), (right, (1.0,))):
+        for end in ends:
+            axes.axhspan(end, 5.0 * end, color="#999999", alpha=0.2, linewidth=0)
+        axes.legend()
+    left.set(xlabel="step", ylabel="steering (1 is all it can)", ylim=(-5.0, 2.0))
+    right.set(
+        xlabel=f"drift ({make(DRIFT).drift_unit})", ylabel="largest steering", ylim=(0.0, 5.0)
+    )
+    return figure
+
+
+def by_drift_and_steering(folder: Path) -> Figure:
+    """Draw the return after one step by the test drift, the demonstrations' steering cut and as it is.
+
+    A column per state, the drift a rate; above trained on drifts as wide as the test's, below on narrow
+    ones. Thin and without markers: shown the demonstrations as they are. MAML reads none. Cut is the
+    steering in the test, and above without the heading in the training as well. Means over seeds.
+    """
+    figure, panels = plt.subplots(2, 2, figsize=(9.5, 6.0), sharex=True, sharey=True)
+    drifts = unseen_demonstrations(DRIFT, "optimal", GOALS_SHOWN).tasks[:, 0].numpy()
+    order = drifts.argsort()
+
+    def line(axes: Axes, runs: str, name: str, table: str, **look: object) -> None:
+        for seeds in filter(None, [stored_seeds(folder, runs, "optimal").get(name)]):
+            means = task_scores(seeds, 1, table=table).mean(0)
+            axes.plot(drifts[order], means[order], **{**plotting.LOOKS[name], **look})
+
+    for column, reading in zip(panels.T, CUT_READINGS, strict=True):
+        retrained = reading.runs if reading.heading else TRAINED_ON_CUT
+        # no steering within the narrow drifts is large enough to be cut: the same runs
+        trainings = (retrained, reading.runs), (reading.narrow, reading.narrow)
+        for axes, (cut, usual) in zip(column, trainings, strict=True):
+            for name in ("emrld", "emrld-ws"):
+                line(axes, cut, name, CUT, label=plotting.label(name))
+                line(axes, usual, name, SAMPLED, linewidth=0.8, marker="")
+            line(axes, usual, "maml", SAMPLED, label=plotting.label("maml"))
         column[0].set_title(reading.title)
         column[1].axvspan(-NARROW_DRIFT, NARROW_DRIFT, color="#999999", alpha=0.2, linewidth=0)
         column[1].set_xlabel(f"test drift ({make(reading.env).drift_unit})")

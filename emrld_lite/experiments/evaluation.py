@@ -20,6 +20,9 @@ from .runs import Run
 
 UNSEEN_TASKS, STEPS = 20, 3  # with which stored runs are tested
 SAMPLED, BY_MEAN = "unseen.csv", "by_mean.csv"  # a run's table, as its policies act in the test
+CUT = (
+    "cut.csv"  # sampled, but shown the unseen drifts with the steering cut to what the robot can do
+)
 EVALUATION_COLUMNS = ("task", "goal", "step", "return", "success", "steps_to_goal")
 
 

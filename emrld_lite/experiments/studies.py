@@ -64,6 +64,10 @@ READINGS = tuple(
     )
 )
 
+# the drift a rate, where the demonstrations' steering can be cut to what the robot does
+CUT_READINGS = (READINGS[0], READINGS[2])
+TRAINED_ON_CUT = "two_wheeled_drift-cut-headless"  # runs that saw no other steering in training
+
 
 class Pair(NamedTuple):
     """Runs with one part of the algorithm changed, and the runs that have everything else alike."""
