@@ -101,6 +101,7 @@ from emrld_lite.trpo import TrustRegion
 
 # %%
 plotting.use_style()
+torch.set_num_threads(1)  # leaves the other cores to you
 guess = Guesses()
 clock = Clock(
     {
