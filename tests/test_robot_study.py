@@ -19,9 +19,9 @@ from emrld_lite.rollout import collect, episode_returns, follow
 from emrld_lite.validation import InputError
 
 GOAL = torch.tensor([DRIFT_GOAL])
-STORED = sorted(runs.SHIPPED.glob("*drift*-emrld-seed0"))[
-    0
-]  # any one of EMRLD under changing dynamics
+STORED = (
+    runs.SHIPPED / "two_wheeled_drift-headless-optimal-emrld-seed0"
+)  # a run that the study drives
 LITTLE = Hardware(delay=0.0, odometry_slide=0.0, odometry_turn=0.0)
 
 
