@@ -520,7 +520,6 @@ def steering():
         largest_steering(tested, 1),
         first,
         1,  # the end of the box
-        largest_steering(tested, 1),
         max(largest_steering(printed, sign) for sign in (-1, 1)),
     ]
 
