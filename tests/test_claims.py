@@ -60,7 +60,6 @@ from emrld_lite.experiments.studies import (
     NARROW_DRIFT,
     READINGS,
     SENSITIVITY_END,
-    TRAINED_ON_CUT,
     WEIGHTS,
     WITHOUT_RL,
     WITHOUT_RL_AGAIN,
@@ -514,6 +513,9 @@ def steering():
     wild = shown.actions[..., 1].abs().amax((1, 2)) > 2.0
     first = float(drifts[wild].min())
     assert torch.equal(wild, drifts > first - 0.01)  # all from there on, and no other
+    narrow = load_demonstrations(f"data/demonstrations/{SEEN}-narrow.npz", SEEN)
+    steered = max(largest_steering(narrow, sign) for sign in (-1, 1))
+    assert steered == pytest.approx(0.9, abs=0.05)  # so nothing of it could be cut
     return [
         below,
         above,
@@ -531,7 +533,7 @@ def after_cut(name, reading, table=CUT, narrow=False, trained=False, sign=0):
     the steering cut as well. On both sides or on one.
     """
     one, drifts = reading_of(reading), unseen_drifts(reading)
-    world = one.narrow if narrow else TRAINED_ON_CUT if trained else one.runs
+    world = one.narrow if narrow else one.cut if trained else one.runs
     found = stored_seeds(SHIPPED, world, "optimal")[name]
     chosen = (abs(drifts) > NARROW_DRIFT if narrow else abs(drifts) >= 0) & (sign * drifts >= 0)
     return task_scores(found, 1, table=table)[:, chosen].mean(1)
@@ -570,7 +572,7 @@ def trained_on_cut():
     seeds = {name: after_cut(name, HIDDEN, trained=True) for name in OURS}
     sides = [after_cut("emrld", HIDDEN, trained=True, sign=sign) for sign in (-1, 1)]
     worse = np.sort(np.minimum(*sides))
-    found = stored_seeds(SHIPPED, TRAINED_ON_CUT, "optimal")
+    found = stored_seeds(SHIPPED, reading_of(HIDDEN).cut, "optimal")
     never, worst = (found[name][int(seeds[name].argmin())] for name in OURS)
     assert best_and_last(never)[0] < 5
     before, after = cloning_before_and_after_warm_start(load_run(worst))
@@ -589,14 +591,39 @@ def trained_on_cut():
     ]
 
 
-def limits_of_the_cut():
-    """Return what 07 says of the cut where it does not help, and of where none was made."""
-    asked = load_demonstrations("optimal", "half_cheetah").actions.abs().max()
+def solved_on_cut():
+    """Return what 07 says of trainings with the heading on demonstrations with the steering cut."""
+    seeds = {name: after_cut(name, SEEN, trained=True) for name in OURS}
+    leads = {name: lead_after_cut(name, SEEN, trained=True) for name in OURS}
+    assert leads["emrld"].low < 0 < leads["emrld"].high
+    assert 0 < leads["emrld-ws"].low < 0.05
+    for each in seeds.values():
+        assert each.mean() == pytest.approx(EARNED[SEEN], abs=0.1)
+    rival = after_cut("maml", SEEN, SAMPLED)
     return [
-        *[after_cut("meta-bc", SEEN, table).mean() for table in (SAMPLED, CUT)],
-        1,  # the end of the box
-        float(asked),
+        *[each.mean() for each in seeds.values()],
+        min(each.min() for each in seeds.values()),
+        after_cut("emrld", SEEN, SAMPLED).min(),
+        rival.mean(),
+        np.sort(rival)[1],
     ]
+
+
+def baselines_on_cut():
+    """Return what 07 says of Meta-BC and GMPS, trained on demonstrations with the steering cut."""
+    places = (SEEN, HIDDEN)
+    return [
+        *[after_cut("meta-bc", reading, trained=True).mean() for reading in places],
+        *[after_cut("meta-bc", reading, SAMPLED).mean() for reading in places],
+        *[after_cut("gmps", reading, SAMPLED, trained=True).mean() for reading in places],
+        *[after_cut("gmps", reading, SAMPLED).mean() for reading in places],
+    ]
+
+
+def limits_of_the_cut():
+    """Return what 07 says of where no action was cut."""
+    asked = load_demonstrations("optimal", "half_cheetah").actions.abs().max()
+    return [1, float(asked)]  # the end of the box, and what lies beyond
 
 
 def readings():
@@ -1212,7 +1239,13 @@ CLAIMS = {
     "07#narrow-drifts": lambda: [*after_narrow_drifts(), *after_narrow_drifts_hidden()],
     "07#overshoot": overshooting,
     "07#steering": steering,
-    "07#by-steering": lambda: [*steering_cut(), *trained_on_cut(), *limits_of_the_cut()],
+    "07#by-steering": lambda: [
+        *steering_cut(),
+        *solved_on_cut(),
+        *trained_on_cut(),
+        *baselines_on_cut(),
+        *limits_of_the_cut(),
+    ],
     "07#reading-claims": readings,
     "07#hidden-budget": hidden_budget,
     "07#hidden-by-side": hidden_by_side,
@@ -1384,8 +1417,8 @@ CLAIMS = {
         min(drift_lead(name, HIDDEN_LITERAL).low for name in OURS),
         largest_steering(unseen_demonstrations(SEEN, "optimal", UNSEEN_TASKS), 1),
         *(1, 1),  # the end of the box
+        *[after_cut(n, r, trained=True).mean() for r in (SEEN, HIDDEN) for n in OURS],
         lead_after_cut("emrld-ws", HIDDEN).low,
-        after_cut("emrld-ws", HIDDEN, trained=True).mean(),
         NARROW_DRIFT,
         *[after_cut(name, SEEN, narrow=True).mean() for name in OURS],
         *[beyond(name, SEEN).mean() for name in ("maml", *OURS)],
@@ -1589,9 +1622,12 @@ CLAIMS = {
         *(1, 1),  # the end of the box
         *[after_cut(n, SEEN, narrow=True).mean() for n in OURS],
         *[beyond(n, r).mean() for r in DRIFTS[1:] for n in (*OURS, "maml")],
+        *[after_cut(n, SEEN, trained=True).mean() for n in OURS],
+        after_cut("meta-bc", SEEN, trained=True).mean(),
+        after_cut("gmps", SEEN, SAMPLED, trained=True).mean(),
+        *[after_cut(n, HIDDEN, trained=True).mean() for n in OURS],
         *[after_cut(n, HIDDEN).mean() for n in OURS],
         lead_after_cut("emrld-ws", HIDDEN).low,
-        *[after_cut(n, HIDDEN, trained=True).mean() for n in OURS],
         *[
             end
             for reading in (SEEN, HIDDEN, HIDDEN_LITERAL)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -17,7 +19,7 @@ from .evaluation import CUT, SAMPLED, evaluate_run
 from .panels import GOALS_SHOWN, adaptation, none_stored, one_legend, training
 from .results import EARNED, stored_seeds, task_scores
 from .runs import load_run
-from .studies import CUT_READINGS, NARROW_DRIFT, READINGS, TRAINED_ON_CUT
+from .studies import CUT_READINGS, NARROW_DRIFT, READINGS, Reading
 
 DRIFT = "two_wheeled_drift"
 
@@ -91,13 +93,19 @@ def by_drift(folder: Path) -> Figure:
                 plotting.returns_against(drifts[order], name, returns, axes)
             if not stored:
                 none_stored(axes)
+    _spread_above_narrow(panels, READINGS)
+    one_legend(figure, panels.flat)
+    return figure
+
+
+def _spread_above_narrow(panels: np.ndarray, readings: Sequence[Reading]) -> None:
+    """Label panels with a column per reading: above trained on spread drifts, below on the grey ones."""
+    for column, reading in zip(panels.T, readings, strict=True):
         column[0].set_title(reading.title)
         column[1].axvspan(-NARROW_DRIFT, NARROW_DRIFT, color="#999999", alpha=0.2, linewidth=0)
         column[1].set_xlabel(f"test drift ({make(reading.env).drift_unit})")
     for axes, trained in zip(panels[:, 0], ("all drifts", "narrow drifts"), strict=True):
         axes.set_ylabel(f"trained on {trained}\nmean return, one step")
-    one_legend(figure, panels.flat)
-    return figure
 
 
 def steering() -> Figure:
@@ -132,8 +140,8 @@ def by_drift_and_steering(folder: Path) -> Figure:
     """Draw the return after one step by the test drift, the demonstrations' steering cut and as it is.
 
     A column per state, the drift a rate; above trained on drifts as wide as the test's, below on narrow
-    ones. Thin and without markers: shown the demonstrations as they are. MAML reads none. Cut is the
-    steering in the test, and above without the heading in the training as well. Means over seeds.
+    ones, none of whose demonstrations steers so far that it could be cut. Lines with markers: cut in the
+    training and in the test; thin ones: in neither. MAML reads none. Means over seeds.
     """
     figure, panels = plt.subplots(2, 2, figsize=(9.5, 6.0), sharex=True, sharey=True)
     drifts = unseen_demonstrations(DRIFT, "optimal", GOALS_SHOWN).tasks[:, 0].numpy()
@@ -145,18 +153,13 @@ def by_drift_and_steering(folder: Path) -> Figure:
             axes.plot(drifts[order], means[order], **{**plotting.LOOKS[name], **look})
 
     for column, reading in zip(panels.T, CUT_READINGS, strict=True):
-        retrained = reading.runs if reading.heading else TRAINED_ON_CUT
         # no steering within the narrow drifts is large enough to be cut: the same runs
-        trainings = (retrained, reading.runs), (reading.narrow, reading.narrow)
+        trainings = (reading.cut, reading.runs), (reading.narrow, reading.narrow)
         for axes, (cut, usual) in zip(column, trainings, strict=True):
             for name in ("emrld", "emrld-ws"):
                 line(axes, cut, name, CUT, label=plotting.label(name))
                 line(axes, usual, name, SAMPLED, linewidth=0.8, marker="")
             line(axes, usual, "maml", SAMPLED, label=plotting.label("maml"))
-        column[0].set_title(reading.title)
-        column[1].axvspan(-NARROW_DRIFT, NARROW_DRIFT, color="#999999", alpha=0.2, linewidth=0)
-        column[1].set_xlabel(f"test drift ({make(reading.env).drift_unit})")
-    for axes, trained in zip(panels[:, 0], ("all drifts", "narrow drifts"), strict=True):
-        axes.set_ylabel(f"trained on {trained}\nmean return, one step")
+    _spread_above_narrow(panels, CUT_READINGS)
     one_legend(figure, panels.flat)
     return figure

@@ -53,6 +53,11 @@ class Reading(NamedTuple):
         """What its runs on training drifts of at most NARROW_DRIFT are called, likewise."""
         return f"{self.env}-narrow{self.runs.removeprefix(self.env)}"
 
+    @property
+    def cut(self) -> str:
+        """What its runs on demonstrations with the steering cut are called (where there are any)."""
+        return f"{self.env}-cut{self.runs.removeprefix(self.env)}"
+
 
 NARROW_DRIFT = 0.3  # the largest training drift of data/demonstrations/ENV-narrow.npz
 READINGS = tuple(
@@ -66,7 +71,6 @@ READINGS = tuple(
 
 # the drift a rate, where the demonstrations' steering can be cut to what the robot does
 CUT_READINGS = (READINGS[0], READINGS[2])
-TRAINED_ON_CUT = "two_wheeled_drift-cut-headless"  # runs that saw no other steering in training
 
 
 class Pair(NamedTuple):
