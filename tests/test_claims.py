@@ -60,6 +60,7 @@ from emrld_lite.experiments.studies import (
     NARROW_DRIFT,
     READINGS,
     SENSITIVITY_END,
+    SHORTER_STEP,
     WEIGHTS,
     WITHOUT_RL,
     WITHOUT_RL_AGAIN,
@@ -246,6 +247,29 @@ def correct_side(name, *places):
     """Return the mean scores of HalfCheetah's runs that are paid in the correct direction only."""
     seeds = seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{name}")
     return [run_scores(seeds, 1, place.goal).mean() for place in places]
+
+
+def correct_lead():
+    """Return the interval of EMRLD less MAML, both paid in the correct direction only, both ways."""
+    found = [seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{n}") for n in ("emrld", "maml")]
+    return shift_interval(*(run_scores(seeds, 1, BOTH_WAYS.goal) for seeds in found))
+
+
+def ahead_of_one_way():
+    """Return what 07 says of EMRLD and MAML there: the lead, the budgets, and what MAML could reach."""
+    emrld, maml = (
+        seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{n}") for n in ("emrld", "maml")
+    )
+    budgets = [load_config(seeds[0]).iterations for seeds in (emrld, maml)]
+    assert budgets[1] == 2 * budgets[0]
+    return [
+        correct_lead().low,
+        budgets[0],
+        training_scores(maml, budgets[0]).mean(),
+        late_rise(maml, EARNED["half_cheetah"]),
+        2 * correct_side("emrld", BOTH_WAYS)[0],
+        BACKWARD.earned,
+    ]
 
 
 def better_for(name):
@@ -491,6 +515,45 @@ def overshooting():
         max(ends[run] for run in too_long),
         ends[others[0]],
         ends[unpaid],
+    ]
+
+
+def shorter_step(name):
+    """Return the settings of EMRLD-WS's runs with a shorter step, and scores beyond narrow drifts."""
+    found = stored_seeds(SHIPPED, reading_of(name).narrow + SHORTER_STEP, "optimal")["emrld-ws"]
+    wide = abs(unseen_drifts(name)) > NARROW_DRIFT
+    return load_config(found[0]), task_scores(found, 1)[:, wide].mean(1)
+
+
+def shorter_steps():
+    """Return what 07 says of EMRLD-WS with a shorter step, where Table 1's overshoots."""
+    raised, ends = {}, {}
+    for reading in READINGS[2:]:
+        for length in ("", SHORTER_STEP):
+            found = stored_seeds(SHIPPED, reading.narrow + length, "optimal")["emrld-ws"]
+            for seed, run in enumerate(found):
+                before, after = cloning_before_and_after_warm_start(load_run(run))
+                raised[length, reading, seed] = int((after > before).sum())
+                ends[length, reading, seed] = training_scores([run])[0]
+    usual = [key for key in ends if not key[0]]
+    shorter = {key: (SHORTER_STEP, *key[1:]) for key in usual}
+    still = [key for key in shorter.values() if raised[key]]
+    unpaid = min(usual, key=lambda key: (raised[key] > 0, ends[key]))
+    hidden = (HIDDEN, HIDDEN_LITERAL)
+    tested = {name: shorter_step(name)[1] for name in hidden}
+    assert len(still) == 4
+    return [
+        min(ends[shorter[key]] for key in usual if raised[key]),
+        ends[shorter[unpaid]],
+        np.mean([ends[shorter[key]] for key in usual]),
+        np.mean([ends[key] for key in usual]),
+        *min_and_max([raised[key] for key in still]),
+        *min_and_max([ends[key] for key in still]),
+        NARROW_DRIFT,
+        *[tested[name].mean() for name in hidden],
+        *[beyond("emrld-ws", name).mean() for name in hidden],
+        -shift_interval(tested[HIDDEN], beyond("maml", HIDDEN)).high,
+        -shift_interval(tested[HIDDEN_LITERAL], beyond("emrld", HIDDEN_LITERAL)).high,
     ]
 
 
@@ -1141,9 +1204,11 @@ CLAIMS = {
         *means("optimal", "emrld", places=[FORWARD, BACKWARD]),
         *correct_side("gmps", FORWARD, BACKWARD),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD]),
+        load_config(seeds_of(SHIPPED, "half_cheetah-correct-side-optimal-maml")[0]).iterations,
         *correct_side("maml", BACKWARD, FORWARD),
         *[correct_side(name, BOTH_WAYS)[0] for name in ("emrld", "maml", "gmps")],
         np.mean([np.maximum(at(way, "optimal", "meta-bc"), 0) for way in (FORWARD, BACKWARD)]),
+        *ahead_of_one_way(),
     ],
     "07#warm-start-or-not": lambda: [
         end
@@ -1238,6 +1303,7 @@ CLAIMS = {
     ],
     "07#narrow-drifts": lambda: [*after_narrow_drifts(), *after_narrow_drifts_hidden()],
     "07#overshoot": overshooting,
+    "07#overshoot-shorter": shorter_steps,
     "07#steering": steering,
     "07#by-steering": lambda: [
         *steering_cut(),
@@ -1475,6 +1541,7 @@ CLAIMS = {
         max(searched("two_wheeled-*-maml", "unscaled", at_best=True)),
         scores("half_cheetah", "optimal", "maml").mean(),
         *[correct_side(name, BOTH_WAYS)[0] for name in ("maml", "emrld")],
+        correct_lead().low,
     ],
     "README#Noise, not quality, decides whether TwoWheeled data can be copied": lambda: [],
     "README#A run is a draw, and none is lost": lambda: [
@@ -1561,6 +1628,7 @@ CLAIMS = {
         *min_and_max(each("two_wheeled", "optimal", "maml")),
         *means("optimal", "maml", places=[FORWARD, BACKWARD]),
         *correct_side("maml", FORWARD, BACKWARD),
+        load_config(seeds_of(SHIPPED, "half_cheetah-correct-side-optimal-maml")[0]).iterations,
     ],
     "ledger#claim-gmps-fails": lambda: [
         *means("optimal", "gmps"),
@@ -1622,6 +1690,8 @@ CLAIMS = {
         *(1, 1),  # the end of the box
         *[after_cut(n, SEEN, narrow=True).mean() for n in OURS],
         *[beyond(n, r).mean() for r in DRIFTS[1:] for n in (*OURS, "maml")],
+        shorter_step(HIDDEN_LITERAL)[0].adapt_lr,
+        shorter_step(HIDDEN_LITERAL)[1].mean(),
         *[after_cut(n, SEEN, trained=True).mean() for n in OURS],
         after_cut("meta-bc", SEEN, trained=True).mean(),
         after_cut("gmps", SEEN, SAMPLED, trained=True).mean(),

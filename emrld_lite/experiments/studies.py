@@ -69,6 +69,9 @@ READINGS = tuple(
     )
 )
 
+# what follows Reading.narrow in the name of EMRLD-WS's runs with an alpha of 0.003 in place of 0.01
+SHORTER_STEP = "-alpha0.003"
+
 # the drift a rate, where the demonstrations' steering can be cut to what the robot does
 CUT_READINGS = (READINGS[0], READINGS[2])
 
