@@ -71,6 +71,11 @@ def end(process, number=signal.SIGTERM):
         return process.wait()
 
 
+def heeding_ctrl_c():
+    """Let a process that is about to start end by Ctrl-C, whatever its parent does about it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def surroundings(port, folder):
     """Return the environment variables with which ROS stays on the loopback, and writes into a folder."""
     uri = f"http://127.0.0.1:{port}"
@@ -116,7 +121,10 @@ def robot(master, tmp_path_factory):
     command = [sys.executable, "-m", "emrld_lite", "robot-node"]
     command += ["--pace", str(PACE), "--bias", str(BIAS)]
     with log.open("w") as file:
-        process = subprocess.Popen(command, stdout=file, stderr=file, env=master)
+        # a script's background job ignores Ctrl-C, and would hand that on to the node
+        process = subprocess.Popen(
+            command, stdout=file, stderr=file, env=master, preexec_fn=heeding_ctrl_c
+        )
         try:
             until(lambda: "simulated" in log.read_text(), 120.0, "the robot's node")
             process.log = log
