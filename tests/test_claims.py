@@ -243,23 +243,25 @@ def data_alone(name, place):
     return gained
 
 
+def paid_correctly(name):
+    """Return HalfCheetah's runs that are paid in the correct direction only."""
+    return seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{name}")
+
+
 def correct_side(name, *places):
-    """Return the mean scores of HalfCheetah's runs that are paid in the correct direction only."""
-    seeds = seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{name}")
-    return [run_scores(seeds, 1, place.goal).mean() for place in places]
+    """Return the mean scores of those runs."""
+    return [run_scores(paid_correctly(name), 1, place.goal).mean() for place in places]
 
 
 def correct_lead():
     """Return the interval of EMRLD less MAML, both paid in the correct direction only, both ways."""
-    found = [seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{n}") for n in ("emrld", "maml")]
+    found = map(paid_correctly, ("emrld", "maml"))
     return shift_interval(*(run_scores(seeds, 1, BOTH_WAYS.goal) for seeds in found))
 
 
 def ahead_of_one_way():
     """Return what 07 says of EMRLD and MAML there: the lead, the budgets, and what MAML could reach."""
-    emrld, maml = (
-        seeds_of(SHIPPED, f"half_cheetah-correct-side-optimal-{n}") for n in ("emrld", "maml")
-    )
+    emrld, maml = map(paid_correctly, ("emrld", "maml"))
     budgets = [load_config(seeds[0]).iterations for seeds in (emrld, maml)]
     assert budgets[1] == 2 * budgets[0]
     return [
@@ -1204,7 +1206,7 @@ CLAIMS = {
         *means("optimal", "emrld", places=[FORWARD, BACKWARD]),
         *correct_side("gmps", FORWARD, BACKWARD),
         *means("optimal", "gmps", places=[FORWARD, BACKWARD]),
-        load_config(seeds_of(SHIPPED, "half_cheetah-correct-side-optimal-maml")[0]).iterations,
+        load_config(paid_correctly("maml")[0]).iterations,
         *correct_side("maml", BACKWARD, FORWARD),
         *[correct_side(name, BOTH_WAYS)[0] for name in ("emrld", "maml", "gmps")],
         np.mean([np.maximum(at(way, "optimal", "meta-bc"), 0) for way in (FORWARD, BACKWARD)]),
@@ -1628,7 +1630,7 @@ CLAIMS = {
         *min_and_max(each("two_wheeled", "optimal", "maml")),
         *means("optimal", "maml", places=[FORWARD, BACKWARD]),
         *correct_side("maml", FORWARD, BACKWARD),
-        load_config(seeds_of(SHIPPED, "half_cheetah-correct-side-optimal-maml")[0]).iterations,
+        load_config(paid_correctly("maml")[0]).iterations,
     ],
     "ledger#claim-gmps-fails": lambda: [
         *means("optimal", "gmps"),

@@ -304,15 +304,17 @@ def test_the_figure_of_steering_shows_what_the_demonstrations_ask_for():
     assert max(training.get_ydata()) == float(data.actions[..., 1].abs().max())
 
 
-def test_the_figure_by_steering_tells_what_the_cut_changes():
-    figure = drift_figures.by_drift_and_steering(runs.SHIPPED)
-    lower = figure.axes[2]  # narrow drifts, the heading seen
-    lines = [line for line in lower.get_lines() if line.get_color() == "#0072B2"]  # EMRLD
-    seeds = results.seeds_of(runs.SHIPPED, "two_wheeled_drift-narrow-optimal-emrld")
-    for line, name in zip(lines, ("cut.csv", "unseen.csv"), strict=True):
+@pytest.mark.parametrize(
+    ("panel", "cut", "usual"),  # the heading seen: trained on all drifts, and on narrow ones
+    [(0, "two_wheeled_drift-cut", "two_wheeled_drift"), (2, *["two_wheeled_drift-narrow"] * 2)],
+)
+def test_the_figure_by_steering_tells_what_the_cut_changes(panel, cut, usual):
+    axes = drift_figures.by_drift_and_steering(runs.SHIPPED).axes[panel]
+    lines = [line for line in axes.get_lines() if line.get_color() == "#0072B2"]  # EMRLD
+    for line, (name, table) in zip(lines, ((cut, "cut.csv"), (usual, "unseen.csv")), strict=True):
         found = {}
-        for seed in seeds:
-            with (seed / name).open() as file:
+        for seed in results.seeds_of(runs.SHIPPED, f"{name}-optimal-emrld"):
+            with (seed / table).open() as file:
                 for row in csv.DictReader(file):
                     if row["step"] == "1":
                         found.setdefault(np.float32(row["goal"]), []).append(float(row["return"]))
