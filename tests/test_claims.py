@@ -549,6 +549,7 @@ def shorter_steps():
         ends[shorter[unpaid]],
         np.mean([ends[shorter[key]] for key in usual]),
         np.mean([ends[key] for key in usual]),
+        shift_interval(*([ends[key] for key in keys] for keys in (shorter.values(), usual))).low,
         *min_and_max([raised[key] for key in still]),
         *min_and_max([ends[key] for key in still]),
         NARROW_DRIFT,
